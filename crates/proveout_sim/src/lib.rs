@@ -53,8 +53,10 @@ pub use judge::free_axes;
 pub use judge::texture::{Maker, SurfaceTexture, TextureMap, TextureProfile};
 pub use observe::observer;
 pub use observe::observer::Observer;
-pub use observe::surface_map::{MapPoint, PatchMap, PatchShape, SurfaceKeeper, SurfaceMap, SurfaceShape};
-pub use prepare::choice::{Choice, StockChoice, resolution_fault};
+pub use observe::{
+    surface_keeper::SurfaceKeeper,
+    surface_map::{MapPoint, PatchMap, PatchShape, SurfaceMap, SurfaceShape},
+};
 pub use prepare::control_file::{control_of, settings_on};
 pub use prepare::error::SimError;
 pub use prepare::machine_data::with_machine;
@@ -65,11 +67,15 @@ pub use prepare::part_shape::{BladeMesh, blade_mesh_of};
 pub use prepare::prepared::Prepared;
 pub use prepare::raw_stock::{RawStock, STOCK_FILE, patch_file};
 pub use prepare::reader_settings::tool_radii;
-pub use prepare::set_values::SetValue;
+pub use prepare::reading::Reading;
+pub use prepare::set_value::SetValue;
 pub use prepare::{planning, programs};
 pub use proveout_collision::{AxisState, OrientationCell};
 pub use proveout_geom::{InputError, nearest as nearest_word, read_regular_text};
-pub use run::readings::Reading;
 pub use run::{listing, measure, overhang, partial, shards};
 pub use setup::{first_part, preflight};
 pub use verdict::{finding, gates, log};
+pub use {
+    prepare::choice::{Choice, StockChoice},
+    scene::stock::resolution_fault,
+};

@@ -21,7 +21,7 @@ use std::collections::BTreeMap;
 
 use proveout_geom::{Point, Vector};
 use proveout_stock::SweepMotion;
-use proveout_tool::Thread;
+use proveout_tool::{Thread, ToolLibrary};
 
 /// A motion is along the axis when it leaves it by less than this part of its way.
 const ALONG: f64 = 1e-3;
@@ -71,6 +71,18 @@ impl Stroke {
 /// Whether a piece of motion has cut thread alone on a straight way.
 pub(crate) fn is_thread(strokes: &Strokes, made_by: Option<u32>, way: [&Point; 2], margin: f64) -> bool {
     made_by.and_then(|piece| strokes.get(&piece)).is_some_and(|stroke| stroke.holds(way, margin))
+}
+
+/// What a tool is that has a cylinder in place of its teeth.
+pub(crate) const ENVELOPE: &str = "a cylinder of its diameter is its envelope";
+
+/// Whether a tool cuts as the cylinder round it: a tap, a thread mill.
+pub(crate) fn is_envelope(tools: &ToolLibrary, index: usize) -> bool {
+    if tools.tools.get(index).is_some_and(|tool| tool.is_tap && tool.thread.is_none()) {
+        return true;
+    }
+    let threads = |why: &str| why.contains(ENVELOPE) && (why.contains("a tap: ") || why.contains("a thread mill: "));
+    tools.notes.get(index).is_some_and(|n| n.chosen.iter().any(|(_, why)| threads(why)))
 }
 
 #[cfg(test)]

@@ -10,9 +10,11 @@
 //! *Judgement.* The published value lies between the least and the largest that choices, draws and twin have given: `reproduced` if ours has its sign
 //! in all of them and one choice or the twin alone comes as far; `possible` if the sign turns, or only draws come as far; `not` outside.
 
-use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
 
 use proveout_controller::Settings as ControlSettings;
 use proveout_geom::{InputError, Pose, Step::Item, Step::Key, read_input};
@@ -31,7 +33,7 @@ use super::{
 use crate::{
     prepare::{
         control_settings::control_settings, error::SimError, part_on_table::PartOnTable, planning, prepared::Prepared,
-        programs,
+        programs, reader_settings,
     },
     scene::{
         ChoiceValueFile, CompareFile, HELIX, Scene, StrategyFile,
@@ -369,7 +371,7 @@ fn again(entry: &Entry, scene: &Scene, machine: &Machine, plans: bool) -> Result
                 figures: out.runs.first().map_or_else(Vec::new, |run| study_of(run).figures),
                 over_velocity: Vec::new(),
             };
-            let nc = programs::settings_of_made(kept.nc.clone());
+            let nc = reader_settings::settings_of_made(kept.nc.clone());
             (Source::Text { name: "made.mpf".into(), text }, nc, Some(made))
         }
     };

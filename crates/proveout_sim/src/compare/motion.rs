@@ -35,10 +35,12 @@ use proveout_tool::{Tool, ToolLibrary};
 use super::depth::{Deep, DepthGauge};
 use crate::{
     prepare::{
-        control_settings::control_settings, error::SimError, prepared::Prepared, program_survey::known_offset,
-        programs::settings_of_made,
+        control_settings::control_settings,
+        error::{SimError, from_run_error},
+        prepared::Prepared,
+        program_survey::known_offset,
+        reader_settings::settings_of_made,
     },
-    run::main_loop::from_run_error,
     scene::Scene,
 };
 

@@ -10,8 +10,8 @@ use proveout_stock::TriDexel;
 
 use crate::{
     checks::spindle_and_holder::CuttingState,
-    cut::stock_bodies::StockBodies,
-    observe::observer::ClearanceProof,
+    cut::{body_facts::Told, stock_bodies::StockBodies},
+    observe::block_rows::ClearanceProof,
     prepare::prepared::Prepared,
     verdict::verdict_file::{Clearance, PairClearance, UncheckedPair},
 };
@@ -23,18 +23,6 @@ pub(crate) enum HitKind {
     Collision,
     /// Nearer than wanted; the distance, mm.
     NearMiss(f64),
-}
-
-/// Remarks for the gates: pairs of bodies with a rule of their own in the machine file, and bodies
-/// that cannot be checked in full.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Told {
-    /// Pairs with a near-miss distance of their own, in words.
-    pub(crate) own_near_miss: Vec<String>,
-    /// What is not checked of meshes and pairs, in words.
-    pub(crate) left_out: Vec<String>,
-    /// Meshes that are checked as they are, in words.
-    pub(crate) remarks: Vec<String>,
 }
 
 /// Two bodies that came too near within a piece.
@@ -59,24 +47,6 @@ pub(crate) struct Checked {
     pub(crate) hits: Vec<Hit>,
     /// Proved clearance of all pairs at the end of the piece, mm.
     pub(crate) clearance: Option<f64>,
-}
-
-/// What is known of the stock and the bodies that nothing sweeps through it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct StockNear {
-    /// Number of bodies that are followed against the stock.
-    pub(crate) followed: usize,
-    /// Number of those that kept away.
-    pub(crate) clear: usize,
-    /// So much nearer than the nearest ray may material be, mm.
-    pub(crate) unseen_mm: f64,
-    /// Bodies that lie against the table's face, and the height of the layer of material on it that counts for nothing against them, mm.
-    pub(crate) flush: Vec<String>,
-    pub(crate) layer_mm: f64,
-    /// Bodies that move as one with the stock.
-    pub(crate) fixed: Vec<String>,
-    /// Stock and fixtures that reach below the face of the table, and how far, mm.
-    pub(crate) behind_table: Vec<(String, f64)>,
 }
 
 /// The check of all pairs, in order of time.

@@ -3,7 +3,7 @@
 use proveout_stock::{Measure, SweepItem, SweepReport};
 
 use crate::{
-    cut::{journal::Journal, stock_bodies::Cutting},
+    cut::{cutting::Cutting, journal::Journal},
     prepare::error::SimError,
     run::shards::ShardCuts,
 };

@@ -26,13 +26,14 @@ use std::{
 
 use proveout_stock::{Measure, SweepItem, SweepLog, SweepReplay, SweepReport};
 use sha2::{Digest, Sha256};
-use thiserror::Error;
 
 use crate::{
-    cut::stock_bodies::Cutting,
+    cut::cutting::Cutting,
     evidence::manifest::relative,
     prepare::{choice::Choice, prepared::Prepared},
 };
+
+pub use crate::cut::journal_error::JournalError;
 
 /// First line.
 const MAGIC: &str = "PROVEOUT-JOURNAL 1\n";
@@ -55,57 +56,6 @@ enum DepthsTold {
     /// It is another one, and not in the record, since it has grown larger than all that was
     /// written since it was last recorded: a run cannot go on after this record.
     Not = 2,
-}
-
-/// Why a run cannot keep a journal, or go on with one.
-#[derive(Debug, Error)]
-pub enum JournalError {
-    /// There is none.
-    #[error("{} is not there: there is no stopped run to resume", path.display())]
-    Missing {
-        /// Where it would be.
-        path: PathBuf,
-    },
-    /// The system refuses.
-    #[error("{} cannot be {what}: {source}", path.display())]
-    System {
-        /// The journal.
-        path: PathBuf,
-        /// `read`, `made`.
-        what: &'static str,
-        /// What it said.
-        source: std::io::Error,
-    },
-    /// Another process has it.
-    #[error("{} is in use: another run is writing to this run folder", path.display())]
-    InUse {
-        /// The journal.
-        path: PathBuf,
-    },
-    /// It is something else, or of another layout.
-    #[error("{} is not a journal that this version reads", path.display())]
-    NoJournal {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The run that was stopped was another one.
-    #[error("the stopped run is not this one: {what} was {then}, and is now {now}")]
-    Other {
-        /// What differs.
-        what: String,
-        /// With what it was begun.
-        then: String,
-        /// What it is in this call.
-        now: String,
-    },
-    /// The journal does not fit the run, though all inputs are the same.
-    #[error("{} does not fit: {what}", path.display())]
-    Unfit {
-        /// The journal.
-        path: PathBuf,
-        /// What is wrong.
-        what: String,
-    },
 }
 
 /// With what a run was begun: everything that decides its result, by name.

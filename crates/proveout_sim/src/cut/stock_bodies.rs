@@ -17,13 +17,12 @@
 use proveout_collision::{CollisionError, Interference, JointMotion, Severity, StockBreach, StockCheck};
 use proveout_controller::Piece;
 use proveout_geom::TriMesh;
-use proveout_stock::{Depths, Measure, Patch, SolidOverlap, SweepItem, SweepReport, TriDexel};
+use proveout_stock::{SolidOverlap, SweepReport, TriDexel};
 
 use crate::{
     checks::spindle_and_holder::Sweeps,
-    cut::{bodies::StockNear, cut_source::Cuts},
+    cut::{body_facts::StockNear, cut_source::Cuts, cutting::Cutting, stages::timed},
     prepare::prepared::Prepared,
-    run::main_loop::timed,
     verdict::verdict_file::PairClearance,
 };
 
@@ -32,21 +31,6 @@ use crate::{
 pub(crate) struct AtRest {
     pub(crate) body: String,
     pub(crate) overlap: SolidOverlap,
-}
-
-/// Stock and patches, as they are cut.
-pub(crate) struct Cutting<'e> {
-    pub(crate) stock: &'e mut TriDexel,
-    pub(crate) patches: &'e mut [Patch],
-    pub(crate) depths: &'e mut Depths,
-}
-
-impl Cutting<'_> {
-    /// Cuts patches and stock; reports on each item.
-    pub(crate) fn sweep(&mut self, items: &[SweepItem<'_>], measures: &[Measure]) -> Vec<SweepReport> {
-        self.patches.iter_mut().for_each(|p| p.sweep(items));
-        self.stock.sweep_measured(items, measures, self.depths)
-    }
 }
 
 /// What a stretch gave.

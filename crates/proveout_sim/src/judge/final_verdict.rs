@@ -15,17 +15,19 @@ use crate::{
         probe_inspection, scallop, scallop_limits,
         surface_gate::{self, Judgement},
         surface_survey::{self, Measured, Surveyed},
+        text_not_run,
         texture::{self, SurfaceTexture},
         unstated,
     },
-    observe::{observer::PointBand, surface_map::SurfaceShape},
-    prepare::{error::SimError, prepared::Prepared, program_survey},
-    run::partial::{self, Partial},
+    observe::surface_map::{PointBand, SurfaceShape},
+    prepare::{error::SimError, prepared::Prepared},
+    run::partial,
     units::N_M_PER_N_MM,
     verdict::{
         finding::{self, Finding, Severity},
         gates::{self, Coverage},
         log::FindingLog,
+        partial_run::Partial,
         verdict_file::{
             Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time,
             Verdict,
@@ -54,7 +56,7 @@ pub(crate) fn judge(
     let mut log = facts.log.clone();
     let finished = partial.as_ref().is_none_or(|p| p.stopped.is_none());
     let textured = partial.is_none();
-    program_survey::judge(prepared, &mut log);
+    text_not_run::judge(prepared, &mut log);
     let kept = facts.motion.as_ref().and_then(|m| m.pieces());
     let swept = kept.map(|pieces| Swept::new(pieces, &prepared.tools));
     let scallop = textured.then(|| scallop::measure(prepared, facts, swept.as_ref(), stock, patches)).flatten();
@@ -481,7 +483,7 @@ fn judge_gates(
         }
     }
     if let [program, run @ ..] = &mut coverage[..] {
-        program_survey::leave_out(prepared, program, run);
+        text_not_run::leave_out(prepared, program, run);
     }
     partial::leave_out(partial, &mut coverage);
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));

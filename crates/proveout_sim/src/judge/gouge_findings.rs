@@ -1,9 +1,9 @@
 //! Findings for gouged areas and areas with material left.
 
 use proveout_surface::Area;
-use proveout_tool::ToolLibrary;
 
 use crate::{
+    checks::thread_strokes::ENVELOPE,
     cut::engine::Facts,
     judge::surface_survey::Measured,
     prepare::prepared::Prepared,
@@ -149,18 +149,6 @@ pub(crate) fn films_in_words(measured: &Measured) -> String {
 /// Three figures of a volume that may be next to nothing.
 fn scientific(value: f64) -> String {
     if value > 0.0 && value < LEAST_PLAIN_MM3 { format!("{value:.2e}") } else { figure(value) }
-}
-
-/// What a tool is that has a cylinder in place of its teeth.
-const ENVELOPE: &str = "a cylinder of its diameter is its envelope";
-
-/// Whether a tool cuts as the cylinder round it: a tap, a thread mill.
-pub(crate) fn is_envelope(tools: &ToolLibrary, index: usize) -> bool {
-    if tools.tools.get(index).is_some_and(|tool| tool.is_tap && tool.thread.is_none()) {
-        return true;
-    }
-    let threads = |why: &str| why.contains(ENVELOPE) && (why.contains("a tap: ") || why.contains("a thread mill: "));
-    tools.notes.get(index).is_some_and(|n| n.chosen.iter().any(|(_, why)| threads(why)))
 }
 
 fn of_area(code: &Code, word: &str, area: &Area, [limit, floor]: [f64; 2]) -> Finding {

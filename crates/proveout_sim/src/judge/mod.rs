@@ -11,6 +11,7 @@
 //! | `scallop_limits.rs` | ridges against `[tolerances] scallop_um` |
 //! | `surface_gate.rs` | the gate `surface` |
 //! | `surface_survey.rs` | the cut part compared with the design, band by band |
+//! | `text_not_run.rs` | text of a program that its run does not reach |
 //! | `texture/` | roughness maps: Ra and Rz of patches and profiles |
 //! | `unstated.rs` | what gates leave unchecked since no file states it |
 
@@ -23,5 +24,6 @@ pub(crate) mod scallop;
 pub(crate) mod scallop_limits;
 pub(crate) mod surface_gate;
 pub(crate) mod surface_survey;
+pub(crate) mod text_not_run;
 pub(crate) mod texture;
 pub(crate) mod unstated;

@@ -18,10 +18,7 @@ use crate::{
         excess_between_rays::{Between, Places, Told},
         scallop::RidgeMap,
     },
-    observe::{
-        observer::PointBand,
-        surface_map::{MapPoint, PatchShape, SurfaceShape},
-    },
+    observe::surface_map::{MapPoint, PatchShape, PointBand, SurfaceShape},
     prepare::{
         design::{Design, MESH, design},
         error::SimError,

@@ -2,33 +2,26 @@
 
 use std::{collections::BTreeMap, path::Path, sync::Arc};
 
-use proveout_collision::ProvedSpan;
-use proveout_controller::{Dynamics, Event, MoveKind, Piece, Sample, servo::Plant};
-use proveout_geom::{Point, Pose, TriMesh, Vector};
+use proveout_controller::{Dynamics, Event, Piece, Sample, servo::Plant};
+use proveout_geom::{Pose, TriMesh};
 use proveout_machine::Machine;
 use proveout_stock::{Patch, TileId, TriDexel};
 use proveout_tool::ToolLibrary;
-use thiserror::Error;
 
 use crate::{
-    checks::engagement::Engagement,
     compare::schedule::Schedule,
     judge::{free_axes::FreeAxes, texture::SurfaceTexture},
-    observe::surface_map::{MapPoint, SurfaceShape},
+    observe::surface_map::SurfaceShape,
     prepare::made_program::MadeProgram,
     scene::Scene,
     verdict::{finding::Finding, verdict_file::Verdict},
 };
 
-/// Why an observer could not write what it saw.
-#[derive(Debug, Error)]
-#[error("cannot write {what}: {message}")]
-pub struct ObserverError {
-    /// File or stream.
-    pub what: String,
-    /// Reason.
-    pub message: String,
-}
+pub use crate::observe::{
+    block_rows::{BlockRow, ClearanceProof, LooseMotion, SampleSignals},
+    observer_error::ObserverError,
+    surface_map::{MeshPart, PointBand},
+};
 
 /// What does not change during a run.
 #[derive(Clone, Copy)]
@@ -63,68 +56,6 @@ pub struct Setup<'a> {
     pub plant: Plant,
 }
 
-/// Signals for the motion of one sample; same order as [`Batch::samples`].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SampleSignals {
-    /// Material removal rate, mm³/s, of the piece that holds the sample.
-    pub removal_rate: f64,
-    /// Proved clearance of the piece that holds the sample, mm; none when nothing was checked.
-    pub clearance: Option<f64>,
-    /// Index of the tool in the library.
-    pub tool: Option<u32>,
-}
-
-/// What proves the least clearance of every pair of bodies: spans of time with a distance that is proved.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ClearanceProof {
-    /// Names of the two bodies of each pair.
-    pub bodies: Vec<[Arc<str>; 2]>,
-    /// By pair (an index of `bodies`), in order of time.
-    pub spans: Vec<ProvedSpan>,
-}
-
-/// One executed block, complete.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BlockRow {
-    /// Index of the block, from 0.
-    pub block: u32,
-    /// File as given.
-    pub file: Arc<str>,
-    /// Line, from 1.
-    pub line: u32,
-    /// Kind of motion.
-    pub kind: MoveKind,
-    /// Index of the tool in the library.
-    pub tool: Option<u32>,
-    /// Start, s.
-    pub start_time: f64,
-    /// End, s.
-    pub end_time: f64,
-    /// Path of the tip in the workpiece, mm.
-    pub length: f64,
-    /// Programmed feed, mm/s; none for rapids.
-    pub feed: Option<f64>,
-    /// Removed volume, mm³.
-    pub volume_mm3: f64,
-    /// Largest length of cutter in material on a ray, mm: a measure of engagement.
-    pub engagement_mm: f64,
-    /// Engagement of the cutter, where the scene asks for it and the block has cut.
-    pub engagement: Option<Engagement>,
-}
-
-/// The way of a part that came off the stock.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LooseMotion {
-    /// Name in findings.
-    pub name: String,
-    /// Its surface where it came off, table frame, mm.
-    pub mesh: TriMesh,
-    /// Time, s, and motion since then in the table frame: applied to the mesh it gives the part at that time. Rising times.
-    pub track: Vec<(f64, Pose)>,
-    /// It is no longer stock; otherwise it rests, or it is not known where it goes and this is one of its ways.
-    pub gone: bool,
-}
-
 /// A stretch of the run, in order of time.
 #[derive(Clone, Copy)]
 pub struct Batch<'a> {
@@ -152,39 +83,6 @@ pub struct Batch<'a> {
     pub changed_in_patches: &'a [Vec<TileId>],
     /// Parts that came off the stock, whose way was decided within the stretch.
     pub loose: &'a [LooseMotion],
-}
-
-/// Some points of the surface of the cut part, in the fixed order of the stock, then of each patch. Workpiece frame, mm.
-#[derive(Clone, Copy)]
-pub struct PointBand<'a> {
-    /// Number of the patch that they are points of; none for the stock itself.
-    pub patch: Option<usize>,
-    /// The points.
-    pub points: &'a [MapPoint],
-}
-
-/// A part of the extracted surface: the meshes of the patches come first, then that of the stock, each band by band along x.
-/// Workpiece frame, mm.
-#[derive(Clone, Copy)]
-pub struct MeshPart<'a> {
-    /// Number of the patch that it belongs to; none for the stock itself.
-    pub patch: Option<usize>,
-    /// Vertices of this mesh in the bands before.
-    pub first: u32,
-    /// No vertex of this band or a later one, and no triangle of them, reaches below this x.
-    pub from_x: f64,
-    /// Its vertices.
-    pub positions: &'a [Point],
-    /// Outward unit normals.
-    pub normals: &'a [Vector],
-    /// Signed deviation from the design at the vertices; not a number where no design surface applies; empty when there is no
-    /// design.
-    pub deviations: &'a [f64],
-    /// Number of the motion piece, in the order of [`Batch::pieces`], that made the surface at the vertex; none for the skin of the raw
-    /// stock; empty where it is not known.
-    pub made_by: &'a [Option<u32>],
-    /// Triangles by the numbers of vertices in the whole mesh: those of this band and of the one before.
-    pub triangles: &'a [[u32; 3]],
 }
 
 /// The end of a run.

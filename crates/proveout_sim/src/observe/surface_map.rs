@@ -1,14 +1,8 @@
 //! The surface of the cut part: what is shown of it band by band, and all of it gathered.
 
-use std::{
-    ops::Range,
-    path::Path,
-    sync::{Arc, Mutex, PoisonError},
-};
+use std::ops::Range;
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
-
-use crate::observe::observer::{Batch, MeshPart, Observer, ObserverError, Outcome, PointBand, Setup};
 
 /// What the surface of a cut part is made of, without its points and triangles.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -238,81 +232,36 @@ impl SurfaceMap {
     }
 }
 
-/// Gathers the whole surface of a run in memory, to compare several parts with each other. Takes
-/// about 200 bytes a point.
-#[derive(Debug, Default)]
-pub struct SurfaceKeeper(Arc<Mutex<SurfaceMap>>);
-
-impl SurfaceKeeper {
-    /// An observer, and where it puts the surface.
-    pub fn new() -> (Self, Arc<Mutex<SurfaceMap>>) {
-        let place = Arc::new(Mutex::new(SurfaceMap::default()));
-        (Self(Arc::clone(&place)), place)
-    }
+/// Some points of the surface of the cut part, in the fixed order of the stock, then of each patch. Workpiece frame, mm.
+#[derive(Clone, Copy)]
+pub struct PointBand<'a> {
+    /// Number of the patch that they are points of; none for the stock itself.
+    pub patch: Option<usize>,
+    /// The points.
+    pub points: &'a [MapPoint],
 }
 
-impl Observer for SurfaceKeeper {
-    fn name(&self) -> &'static str {
-        "surface"
-    }
-
-    fn begin(&mut self, setup: &Setup<'_>, _folder: &Path) -> Result<(), ObserverError> {
-        let patch = |p: &proveout_stock::Patch| PatchMap {
-            name: p.name().into(),
-            window: *p.window(),
-            cells_mm: p.stock().cells_mm(),
-            mesh: TriMesh::default(),
-            normals: Vec::new(),
-            vertex_deviation: Vec::new(),
-            points: 0..0,
-        };
-        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = SurfaceMap {
-            cells_mm: setup.stock.cells_mm(),
-            patches: setup.patches.iter().map(patch).collect(),
-            ..SurfaceMap::default()
-        };
-        Ok(())
-    }
-
-    fn batch(&mut self, _setup: &Setup<'_>, _batch: &Batch<'_>) -> Result<(), ObserverError> {
-        Ok(())
-    }
-
-    fn surface_points(&mut self, _setup: &Setup<'_>, band: &PointBand<'_>) -> Result<(), ObserverError> {
-        let mut map = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        map.points.extend_from_slice(band.points);
-        let end = map.points.len();
-        // Patches that come later begin where this one ends.
-        let first = band.patch.map_or(0, |k| k + 1);
-        if let Some(patch) = band.patch.and_then(|k| map.patches.get_mut(k)) {
-            patch.points.end = end;
-        }
-        map.patches.iter_mut().skip(first).for_each(|p| p.points = end..end);
-        Ok(())
-    }
-
-    fn surface_mesh(
-        &mut self,
-        _setup: &Setup<'_>,
-        _shape: &SurfaceShape,
-        part: &MeshPart<'_>,
-    ) -> Result<(), ObserverError> {
-        let map = &mut *self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let (mesh, normals, deviations) = match part.patch {
-            None => (&mut map.mesh, &mut map.normals, &mut map.vertex_deviation),
-            Some(k) => match map.patches.get_mut(k) {
-                Some(p) => (&mut p.mesh, &mut p.normals, &mut p.vertex_deviation),
-                None => return Ok(()),
-            },
-        };
-        mesh.positions.extend_from_slice(part.positions);
-        mesh.triangles.extend_from_slice(part.triangles);
-        normals.extend_from_slice(part.normals);
-        deviations.extend_from_slice(part.deviations);
-        Ok(())
-    }
-
-    fn end(&mut self, _setup: &Setup<'_>, _outcome: &Outcome<'_>) -> Result<(), ObserverError> {
-        Ok(())
-    }
+/// A part of the extracted surface: the meshes of the patches come first, then that of the stock, each band by band along x.
+/// Workpiece frame, mm.
+#[derive(Clone, Copy)]
+pub struct MeshPart<'a> {
+    /// Number of the patch that it belongs to; none for the stock itself.
+    pub patch: Option<usize>,
+    /// Vertices of this mesh in the bands before.
+    pub first: u32,
+    /// No vertex of this band or a later one, and no triangle of them, reaches below this x.
+    pub from_x: f64,
+    /// Its vertices.
+    pub positions: &'a [Point],
+    /// Outward unit normals.
+    pub normals: &'a [Vector],
+    /// Signed deviation from the design at the vertices; not a number where no design surface applies; empty when there is no
+    /// design.
+    pub deviations: &'a [f64],
+    /// Number of the motion piece, in the order of
+    /// [`Batch::pieces`](crate::observer::Batch::pieces), that made the surface at the vertex; none for the skin of the raw
+    /// stock; empty where it is not known.
+    pub made_by: &'a [Option<u32>],
+    /// Triangles by the numbers of vertices in the whole mesh: those of this band and of the one before.
+    pub triangles: &'a [[u32; 3]],
 }

@@ -2,12 +2,14 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use proveout_geom::check_quantity;
-
 use crate::{
-    prepare::{memory::Recorded, set_values::SetValue},
-    run::{partial::StopAt, readings::Reading},
-    scene::{BoxFile, DynamicsFile, PlantFile, Scene},
+    prepare::{
+        memory::Recorded,
+        reading::{Reading, of},
+        set_value::SetValue,
+        stop_at::StopAt,
+    },
+    scene::{BoxFile, DynamicsFile, PlantFile, ProgramFile, Scene},
 };
 
 /// What a run cuts.
@@ -56,11 +58,6 @@ pub struct Choice {
     pub set: Vec<SetValue>,
 }
 
-/// What is wrong with a cell size that a call gives, by the range that `resolution_mm` has in a scene.
-pub fn resolution_fault(cell_mm: f64) -> Option<String> {
-    check_quantity("resolution_mm", cell_mm).err().map(|e| e.to_string())
-}
-
 /// Replaces the scene's stock by that of the call.
 pub(crate) fn choose_stock(scene: &mut Scene, choice: &StockChoice) {
     let stock = scene.file.stock.get_mut();
@@ -73,5 +70,44 @@ pub(crate) fn choose_stock(scene: &mut Scene, choice: &StockChoice) {
             let edge = 8.0 * scene.file.resolution_mm.get_ref().edges().into_iter().fold(0.0, f64::max);
             stock.block = Some(BoxFile { min_mm: [0.0; 3], max_mm: [edge; 3] });
         }
+    }
+}
+
+/// The calls of the other readings than the one of the run.
+pub(crate) fn others(entry: Option<&ProgramFile>, choice: &Choice) -> Vec<Choice> {
+    // A run that ends early judges nothing to its end.
+    if choice.reading.is_some() || choice.stop_at.is_some() {
+        return Vec::new();
+    }
+    let others = of(entry).into_iter().skip(1);
+    others.map(|reading| Choice { reading: Some(reading), free_axes: 0, ..choice.clone() }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::reading::of;
+
+    fn program(more: &str) -> ProgramFile {
+        toml::from_str(&format!("name = \"p\"\nfile = \"p.nc\"\n{more}")).unwrap_or_else(|e| panic!("{more}: {e}"))
+    }
+
+    #[test]
+    fn both_of_a_switch_is_each_of_its_readings() {
+        let count = |more: &str| of(Some(&program(more))).len();
+        assert_eq!((of(None), count("")), (vec![Reading::default()], 1));
+        for (more, readings) in [
+            ("block_skip = \"on\"\n", 1),
+            ("block_skip = \"both\"\n", 2),
+            ("optional_stop = \"both\"\n", 2),
+            ("block_skip = \"both\"\noptional_stop = \"both\"\n", 4),
+            ("block_skip = \"both\"\noptional_stop = \"off\"\n", 2),
+        ] {
+            assert_eq!(count(more), readings, "{more}");
+            let choices = others(Some(&program(more)), &Choice::default());
+            assert_eq!(choices.len(), readings - 1, "{more}");
+            assert!(choices.iter().all(|c| others(Some(&program(more)), c).is_empty()), "a reading has no others");
+        }
+        assert!(toml::from_str::<ProgramFile>("name = \"p\"\nblock_skip = \"maybe\"\n").is_err());
     }
 }

@@ -4,17 +4,18 @@
 use std::sync::Arc;
 
 use proveout_geom::{
-    CellMap, Point, TriMesh, Vector,
+    CellMap, Point, TriMesh,
     blade::{Blade, FOOT_ERROR_MM, NEAREST_ERROR_MM},
-    rad,
 };
-use proveout_surface::{ConeFlank, ConeFrustum, DesignMesh, DesignSurface, chord_error};
+use proveout_surface::{DesignMesh, DesignSurface, chord_error};
 use rayon::prelude::*;
 
 use crate::{
     observe::surface_map::{MapPoint, SurfaceMap},
-    prepare::{part_shape::Shape, prepared::Prepared},
-    scene::ConeFrustumFile,
+    prepare::{
+        part_shape::{Shape, flank},
+        prepared::Prepared,
+    },
 };
 
 /// Blades whose sides lean more than this from the X axis by their twist (tangent) are compared
@@ -173,20 +174,4 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
         area: None,
         name,
     })
-}
-
-/// The flank between its two distances from the apex, and its area: mean circumference times slant height.
-pub(crate) fn flank(cone: &ConeFrustumFile) -> (ConeFlank, f64) {
-    let (sine, cosine) = proveout_geom::sin_cos(rad(cone.half_angle_deg));
-    let slope = sine / cosine;
-    let axis = Vector::from(cone.axis).normalize();
-    let frustum = ConeFrustum {
-        base: Point::from(cone.apex_mm) + axis * cone.to_mm,
-        axis: -axis,
-        base_radius: cone.to_mm * slope,
-        top_radius: cone.from_mm * slope,
-        height: cone.to_mm - cone.from_mm,
-    };
-    let area = std::f64::consts::PI * (frustum.base_radius + frustum.top_radius) * frustum.height / cosine;
-    (ConeFlank { frustum, end_margin: 0.0 }, area)
 }

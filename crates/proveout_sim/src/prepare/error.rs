@@ -3,14 +3,13 @@
 use std::path::PathBuf;
 
 use proveout_collision::CollisionError;
-use proveout_controller::ControlError;
+use proveout_controller::{ControlError, RunError};
 use proveout_geom::{InputError, MeshError, MeshFileError};
-use proveout_nc::post::PostError;
-use proveout_nc::{ControlFileError, Diagnostic, Diagnostics};
+use proveout_nc::{ControlFileError, Diagnostic, Diagnostics, post::PostError};
 use proveout_stock::StockError;
 use thiserror::Error;
 
-use crate::{cut::journal::JournalError, observe::observer::ObserverError, run::shards::ShardError};
+use crate::{cut::journal_error::JournalError, observe::observer_error::ObserverError, run::shards::ShardError};
 
 /// Why there is no verdict.
 #[derive(Debug, Error)]
@@ -94,5 +93,12 @@ impl From<Diagnostic> for SimError {
 impl From<Box<ControlError>> for SimError {
     fn from(e: Box<ControlError>) -> Self {
         Self::Control(e)
+    }
+}
+
+pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {
+    match e {
+        RunError::Program(d) => SimError::from(d),
+        RunError::Control(c) => SimError::Control(c),
     }
 }

@@ -10,7 +10,8 @@ use proveout_tool::ToolLibrary;
 
 use crate::{
     prepare::{
-        choice::Choice, error::SimError, part_on_table::PartOnTable, program_text::made_file, programs, set_values,
+        choice::Choice, error::SimError, part_on_table::PartOnTable, program_text::made_file, programs,
+        reader_settings, set_values,
     },
     scene::{ProgramFile, Scene},
 };
@@ -62,7 +63,7 @@ impl Source<'_> {
         let part = PartOnTable::new(scene, self.table_from_work, self.part_mesh, self.fixtures)?;
         let settings = match planned {
             None => self.settings.clone(),
-            Some(_) => programs::settings_of_made(self.settings.clone()),
+            Some(_) => reader_settings::settings_of_made(self.settings.clone()),
         };
         let source = planned.as_deref().map_or(programs::Original::File(path), programs::Original::Text);
         let made = programs::rescheduled(scene, reschedule, source, &settings, machine, tools, &part)?;

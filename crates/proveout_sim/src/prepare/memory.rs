@@ -25,11 +25,9 @@
 use std::fs;
 
 use proveout_geom::TriMesh;
+use proveout_nc::{Command, Motion, Op};
 
-use crate::{
-    cut::kept_motion::{MOST_PIECES, PIECE},
-    prepare::program_survey::Motions,
-};
+use crate::cut::kept_motion::{MOST_PIECES, PIECE};
 
 /// Intervals of material that a ray may gain, as a mean over all rays.
 pub(crate) const GROWTH: f64 = 0.35;
@@ -187,6 +185,28 @@ pub(crate) fn resident() -> u64 {
     let line = status.lines().find_map(|l| l.strip_prefix("VmRSS:"));
     let kib = line.and_then(|l| l.trim().trim_end_matches("kB").trim().parse::<u64>().ok());
     kib.map_or(PROCESS, |k| k << 10)
+}
+
+/// Motions of a program, as they run: loops and subprograms each time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Motions {
+    /// Straight, of linear axes alone.
+    pub(crate) straight: u64,
+    /// All others: arcs, curves, turns of rotary axes.
+    pub(crate) curved: u64,
+}
+
+impl Motions {
+    pub(crate) fn count(&mut self, command: &Command) {
+        let straight = |m: &Motion| m.tool_axis.is_none() && m.programmed & !0b111 == 0;
+        match &command.op {
+            Op::Rapid(m) | Op::Linear(m) if straight(m) => self.straight += 1,
+            Op::Rapid(_) | Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Probe(_) | Op::Thread(_) => {
+                self.curved += 1
+            }
+            _ => {}
+        }
+    }
 }
 
 #[cfg(test)]

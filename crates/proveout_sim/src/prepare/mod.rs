@@ -18,14 +18,18 @@
 //! | `part_shape.rs` | the part as a closed form |
 //! | `planning.rs` | paths over a blade that the scene plans |
 //! | `prepared.rs` | `Prepared`, and the order in which it is read |
+//! | `preview.rs` | `--preview`: coarse cells, and what else is left out |
 //! | `program_survey.rs` | whether all that a program names exists |
 //! | `program_text.rs` | which program runs, and its text |
 //! | `programs.rs` | programs that are made: planned and re-scheduled |
 //! | `raw_shape.rs` | the raw stock as a solid, for places between its rays |
 //! | `raw_stock.rs` | the stock before the first cut |
 //! | `reader_settings.rs` | how programs are read: language, offsets, tool radii |
+//! | `reading.rs` | how block skip and optional stop are set |
+//! | `set_value.rs` | `KEY=VALUE` of a call |
 //! | `set_values.rs` | `run --set KEY=VALUE` |
 //! | `stock_on_rays.rs` | refuses a raw stock that its rays do not hold |
+//! | `stop_at.rs` | `--stop-at`: a finding, a line, a time |
 //! | `tools_and_holders.rs` | tools as clamped, the start tool, room round the holders |
 
 pub(crate) mod choice;
@@ -43,12 +47,16 @@ pub(crate) mod part_on_table;
 pub(crate) mod part_shape;
 pub mod planning;
 pub(crate) mod prepared;
+pub(crate) mod preview;
 pub(crate) mod program_survey;
 pub(crate) mod program_text;
 pub mod programs;
 pub(crate) mod raw_shape;
 pub(crate) mod raw_stock;
 pub(crate) mod reader_settings;
+pub(crate) mod reading;
+pub(crate) mod set_value;
 pub(crate) mod set_values;
 pub(crate) mod stock_on_rays;
+pub(crate) mod stop_at;
 pub(crate) mod tools_and_holders;

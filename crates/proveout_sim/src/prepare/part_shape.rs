@@ -3,20 +3,20 @@
 use std::{path::PathBuf, sync::Arc};
 
 use proveout_geom::{
-    InputError, Step,
-    Step::Key,
-    TriMesh,
+    InputError, Point,
+    Step::{self, Key},
+    TriMesh, Vector,
     blade::{
         Backing, Blade, BladeSolid, CamberSide, ClosedSurface, Cui, Dong, Lu, ParametricSurface, Sine, SkinnedBlade,
         face_mesh, read_sections,
     },
-    read_input,
+    rad, read_input,
 };
-use proveout_surface::chord_error;
+use proveout_surface::{ConeFlank, ConeFrustum, chord_error};
 
 use crate::{
     prepare::error::SimError,
-    scene::{BladeFile, BladeKindFile, Scene},
+    scene::{BladeFile, BladeKindFile, ConeFrustumFile, Scene},
 };
 
 /// A closed form of the part.
@@ -141,4 +141,20 @@ pub fn blade_mesh_of(scene: &Scene, allowance: f64, chord_error_mm: Option<f64>)
     };
     let unknown = || scene.error_at(&BLADE, "the error of the mesh cannot be determined", "correct [part.blade]");
     Ok(BladeMesh { mesh, measured: measured.ok_or_else(unknown)?, asked })
+}
+
+/// The flank between its two distances from the apex, and its area: mean circumference times slant height.
+pub(crate) fn flank(cone: &ConeFrustumFile) -> (ConeFlank, f64) {
+    let (sine, cosine) = proveout_geom::sin_cos(rad(cone.half_angle_deg));
+    let slope = sine / cosine;
+    let axis = Vector::from(cone.axis).normalize();
+    let frustum = ConeFrustum {
+        base: Point::from(cone.apex_mm) + axis * cone.to_mm,
+        axis: -axis,
+        base_radius: cone.to_mm * slope,
+        top_radius: cone.from_mm * slope,
+        height: cone.to_mm - cone.from_mm,
+    };
+    let area = std::f64::consts::PI * (frustum.base_radius + frustum.top_radius) * frustum.height / cosine;
+    (ConeFlank { frustum, end_margin: 0.0 }, area)
 }

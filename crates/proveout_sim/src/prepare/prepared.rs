@@ -22,7 +22,7 @@ use crate::{
     },
     judge::texture::Plan,
     prepare::{
-        choice::{Choice, StockChoice, choose_stock, resolution_fault},
+        choice::{self, Choice, StockChoice, choose_stock},
         control_file::control_of,
         error::SimError,
         fixtures::{self, fixture_meshes},
@@ -30,21 +30,19 @@ use crate::{
         memory::{Demand, Memory},
         part_mesh::part_mesh,
         part_on_table::PartOnTable,
+        preview::Wanted,
         program_survey,
         program_text::{check_holds_text, program_entry, program_text},
-        programs,
         raw_stock::{self, RawStock},
-        set_values,
+        reader_settings, set_values,
         tools_and_holders::{check_start_tool, clamp_out, holder_zones},
     },
-    run::{
-        partial::{self, Wanted},
-        readings,
-    },
+    run::partial,
     scene::{
         DynamicsFile, PlantFile, ProgramFile, Scene,
         joint_limits::{ChangedLimit, limit_joints},
         mesh_unit,
+        stock::resolution_fault,
     },
     setup::preflight,
 };
@@ -194,7 +192,7 @@ impl Prepared {
         let (mut nc_settings, control_note) =
             Self::running_settings(&scene, entry, &tools, &machine, &program_path, choice.nc.is_some())?;
         choice.reading.unwrap_or_default().apply(&mut nc_settings);
-        let other_readings = readings::others(entry, choice);
+        let other_readings = choice::others(entry, choice);
         // All that the program names is there, before stock or motion take their time.
         let place = scene.path.display().to_string();
         check_holds_text(&program_path)?;
@@ -259,7 +257,7 @@ impl Prepared {
         let source_nc_settings = nc_settings.clone();
         let nc_settings = match made {
             None => nc_settings,
-            Some(_) => programs::settings_of_made(nc_settings),
+            Some(_) => reader_settings::settings_of_made(nc_settings),
         };
         let program_lines = match &made {
             Some(made) => {

@@ -5,10 +5,10 @@ use std::path::Path;
 use proveout_controller::{ControlError, Reprogrammed, Reprogramming};
 use proveout_geom::{InputError, Pose, Step::Key, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
-use proveout_nc::post::{PostSettings, post_for};
 use proveout_nc::{
     AXIS_LETTERS, AxisValues, Command, Coolant, Dialect, Feed, Location, Motion, Offset, Op, OrientationInterpolation,
     PathMode, Program, Settings, Spindle, SpindleDirection, Tcp, ToolAction, ToolName, WorkOffset,
+    post::{PostSettings, post_for},
 };
 use proveout_tool::{Profile, Tool, ToolId, ToolLibrary};
 use proveout_toolpath::reschedule::{KEPT, Study};
@@ -18,7 +18,10 @@ use crate::{
         certificate::{ScheduleCertificate, blocks_of, certify},
         motion::{self, MotionCase, Source},
     },
-    prepare::{error::SimError, machine_data::with_machine, part_on_table::PartOnTable, prepared::Prepared},
+    prepare::{
+        error::SimError, machine_data::with_machine, part_on_table::PartOnTable, prepared::Prepared,
+        reader_settings::settings_of_made,
+    },
     scene::{MethodFile, ProgramFile, RescheduleFile, Scene, joint_limits::limit_joints},
 };
 
@@ -344,19 +347,6 @@ pub(crate) fn rescheduled_commands(
         times: Some(&times),
     };
     work.apply(commands).map_err(SimError::Control)
-}
-
-/// How the text of a made program is read, from how its source is.
-pub(crate) fn settings_of_made(source: Settings) -> Settings {
-    Settings {
-        work_offsets: source.work_offsets,
-        compensation: source.compensation,
-        reference_points: source.reference_points,
-        kinematics: source.kinematics,
-        dialect: Dialect::Siemens840d,
-        limits: source.limits,
-        ..Settings::default()
-    }
 }
 
 /// How a program of a scene is re-scheduled: by an entry of the scene that makes it so, or with the options of a method as they

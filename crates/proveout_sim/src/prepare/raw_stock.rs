@@ -19,8 +19,8 @@ use crate::{
         part_shape::Shape,
         stock_on_rays,
     },
-    run::partial,
     scene::{PatchFile, Scene, StockFile},
+    verdict::partial_run,
 };
 
 /// File of a run folder that holds the stock that is left.
@@ -277,7 +277,7 @@ fn of_a_run(file: &StockFile, run: &Path, limit_bytes: u64, inputs: &mut Inputs)
             InputError::file(path, format!("cannot be read: {e}"), help)
         })?;
         as_the_run_left_it(path)?;
-        if let Some(what) = path.parent().and_then(partial::refused_as_stock) {
+        if let Some(what) = path.parent().and_then(partial_run::refused_as_stock) {
             let help = "run the earlier setup to its end, without --preview and --stop-at";
             return Err(InputError::file(path, what, help).into());
         }

@@ -4,7 +4,7 @@ use std::{collections::BTreeMap, path::Path};
 
 use proveout_geom::InputError;
 use proveout_machine::Machine;
-use proveout_nc::{Compensation, Dialect, Limits, Settings as NcSettings, ToolName, ToolRadii, WorkOffset};
+use proveout_nc::{Compensation, Dialect, Limits, Settings as NcSettings, Settings, ToolName, ToolRadii, WorkOffset};
 use proveout_tool::ToolLibrary;
 
 use crate::{
@@ -13,8 +13,8 @@ use crate::{
         error::SimError,
         machine_data::with_machine,
         prepared::Prepared,
+        reading,
     },
-    run::readings,
     scene::{ProgramFile, Scene},
 };
 
@@ -37,7 +37,7 @@ impl Prepared {
         let compensation = Compensation::ToolCenter(tool_radii(tools));
         let control = control_of(Some(scene), machine)?;
         let (mut on_control, note) = settings_on(control.as_ref(), dialect(scene, entry, given)?, program)?;
-        readings::of(entry).first().copied().unwrap_or_default().apply(&mut on_control);
+        reading::of(entry).first().copied().unwrap_or_default().apply(&mut on_control);
         let work_offsets = work_offsets(scene, entry);
         let limits = scene.file.limits.of_reader(on_control.limits);
         Ok((NcSettings { compensation, work_offsets, limits, ..with_machine(on_control, machine) }, note))
@@ -92,5 +92,18 @@ fn dialect(scene: &Scene, entry: Option<&ProgramFile>, given: bool) -> Result<Di
                 format!("write one of {}, or leave it out", names.join(", ")),
             )
         }),
+    }
+}
+
+/// How the text of a made program is read, from how its source is.
+pub(crate) fn settings_of_made(source: Settings) -> Settings {
+    Settings {
+        work_offsets: source.work_offsets,
+        compensation: source.compensation,
+        reference_points: source.reference_points,
+        kinematics: source.kinematics,
+        dialect: Dialect::Siemens840d,
+        limits: source.limits,
+        ..Settings::default()
     }
 }

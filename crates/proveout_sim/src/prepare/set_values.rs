@@ -10,7 +10,7 @@
 //!
 //! The files stay as they are; the verdict names every value that was set. A value that could change nothing in the run is refused.
 
-use std::{collections::BTreeMap, fmt, path::Path, str::FromStr};
+use std::{collections::BTreeMap, fmt, path::Path};
 
 use proveout_geom::{InputError, InputFault, nearest, read_input};
 use proveout_machine::Machine;
@@ -19,47 +19,12 @@ use proveout_tool::ToolLibrary;
 use toml::{Table, Value};
 
 use crate::{
-    prepare::{choice::Choice, error::SimError, planning, programs},
+    prepare::{choice::Choice, error::SimError, planning, programs, set_value::SetValue},
     scene::{ChoiceValueFile, HELIX, ProgramFile, Scene, StrategyFile, choice::put},
 };
 
 /// Most values of one call.
 const MOST: usize = 256;
-
-/// A key and its value.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SetValue {
-    /// The key, as the module says.
-    pub key: String,
-    /// Its value.
-    pub value: ChoiceValueFile,
-}
-
-/// `KEY=VALUE`: a number, `true`, `false`, or else a word.
-impl FromStr for SetValue {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (key, value) = text.split_once('=').ok_or("write KEY=VALUE, as resolution_mm=0.2")?;
-        let (key, value) = (key.trim(), value.trim());
-        if key.is_empty() || key.split('.').any(|step| step.trim().is_empty()) {
-            return Err(format!("{key:?} is not a key: write tables and key with dots between them"));
-        }
-        if value.is_empty() {
-            return Err(format!("{key} has no value"));
-        }
-        let number = |v: f64| v.is_finite().then_some(ChoiceValueFile::Number(v));
-        let value = match (value, value.parse::<i64>(), value.parse::<f64>()) {
-            ("true" | "false", ..) => ChoiceValueFile::Switch(value == "true"),
-            (_, Ok(whole), _) => ChoiceValueFile::Whole(whole),
-            (_, _, Ok(v)) => number(v).ok_or_else(|| format!("{key} = {value} is not a number that can be used"))?,
-            _ => ChoiceValueFile::Word(
-                value.strip_prefix('"').and_then(|v| v.strip_suffix('"')).unwrap_or(value).to_owned(),
-            ),
-        };
-        Ok(Self { key: key.to_owned(), value })
-    }
-}
 
 impl fmt::Display for SetValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

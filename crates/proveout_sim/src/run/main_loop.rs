@@ -6,15 +6,9 @@
 //! length of a stretch bounds memory and sets how often observers are called, and how often the twin looks whether a part has come
 //! off the stock; it does not change any other result.
 
-use std::{
-    path::Path,
-    sync::{Arc, PoisonError},
-    time::Instant,
-};
+use std::{path::Path, sync::PoisonError, time::Instant};
 
-use proveout_collision::Effort;
-use proveout_controller::{Chunk, Controller, RunError, Summary as PathSummary};
-use proveout_nc::{Command, Diagnostic};
+use proveout_controller::Summary as PathSummary;
 use proveout_stock::{Patch, TriDexel};
 use rayon::prelude::*;
 
@@ -26,53 +20,29 @@ use crate::{
         free_axes,
     },
     observe::{
-        observer::{Batch, Observer, ObserverError, Outcome, Setup},
-        surface_map::{SurfaceKeeper, SurfaceMap},
+        observer::{Batch, Observer, Outcome, Setup},
+        observer_error::ObserverError,
+        surface_keeper::SurfaceKeeper,
+        surface_map::SurfaceMap,
     },
-    prepare::{error::SimError, prepared::Prepared, program_survey::known_offset},
+    prepare::{
+        error::{SimError, from_run_error},
+        prepared::Prepared,
+    },
     run::{
-        partial::{Partial, Stopped, Watch},
+        motion_plan::{STRETCH_S, controller, opened, stretches},
+        partial::Watch,
         readings,
         shards::{ShardCuts, ShardFacts},
         show_mesh::show_mesh,
     },
-    verdict::verdict_file::Verdict,
+    verdict::{
+        partial_run::{Partial, Stopped},
+        verdict_file::Verdict,
+    },
 };
 
-/// Simulated time of one stretch, s.
-pub(crate) const STRETCH_S: f64 = 2.0;
-
-/// Wall time of the stages of a run, s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Stages {
-    /// Reading scene, machine, tools, meshes; making the stock.
-    pub read: f64,
-    /// Reading the program and planning its motion.
-    pub plan: f64,
-    /// Axis dynamics.
-    pub servo: f64,
-    /// Sweeping the stock.
-    pub removal: f64,
-    /// Interference of bodies; runs in parallel with the removal.
-    pub collision: f64,
-    /// Surface extraction, deviation, inspection.
-    pub surface: f64,
-    /// Observers.
-    pub record: f64,
-}
-
-/// How the checks of bodies were settled: what they cost, on any host.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Checks {
-    /// Bodies against bodies.
-    pub bodies: Effort,
-    /// Stretches of motion that were looked at for the least clearance of each pair.
-    pub looks: u64,
-    /// Motions that were followed against the stock.
-    pub stock_motions: u64,
-    /// Distances from its rays that were asked for.
-    pub stock_queries: u64,
-}
+pub use crate::cut::stages::{Checks, Stages};
 
 /// What a run leaves.
 #[derive(Clone, Debug)]
@@ -224,23 +194,6 @@ pub(crate) fn rehearse(mut prepared: Prepared, observers: &mut [Box<dyn Observer
     drive(&prepared, &mut engine, &mut Stages::default(), observers).map(|_| ())
 }
 
-/// The control at the begin of the program.
-pub(crate) fn controller(
-    prepared: &Prepared,
-) -> Result<Controller<'_, impl Iterator<Item = Result<Command, Diagnostic>>>, SimError> {
-    let scene_path = prepared.scene.path.display().to_string();
-    let program = prepared.program()?;
-    let settings = prepared.control_settings(program.dialect());
-    let commands = program.map(move |command| {
-        let mut command = command.and_then(|c| known_offset(c, &prepared.nc_settings, &scene_path))?;
-        if let Some(name) = prepared.shown.get(&*command.location.file) {
-            command.location.file = Arc::clone(name);
-        }
-        Ok(command)
-    });
-    Ok(Controller::new(commands, &prepared.machine, &prepared.tools.tools, settings)?)
-}
-
 /// Plans the motion of the program and takes it through the engine, stretch by stretch.
 fn drive(
     prepared: &Prepared,
@@ -354,67 +307,4 @@ fn setup<'a>(prepared: &'a Prepared, stock: &'a TriDexel, patches: &'a [Patch]) 
         dynamics: prepared.dynamics,
         plant: prepared.plant,
     }
-}
-
-/// A fault of the control at the file that was opened, so that its line can be shown.
-pub(crate) fn opened(prepared: &Prepared, mut fault: RunError<Diagnostic>) -> RunError<Diagnostic> {
-    if let RunError::Control(control) = &mut fault
-        && let Some(location) = &mut control.location
-        && let Some((name, _)) = prepared.shown.iter().find(|(_, shown)| **shown == location.file)
-    {
-        location.file = Arc::from(name.as_str());
-    }
-    fault
-}
-
-pub(crate) fn from_run_error(e: RunError<Diagnostic>) -> SimError {
-    match e {
-        RunError::Program(d) => SimError::from(d),
-        RunError::Control(c) => SimError::Control(c),
-    }
-}
-
-/// Splits a chunk into stretches of at most this many simulated seconds, at borders of pieces.
-pub(crate) fn stretches(chunk: Chunk, seconds: f64) -> impl Iterator<Item = Chunk> {
-    let start = [
-        chunk.pieces.first().map(|p| p.time[0]),
-        chunk.samples.first().map(|s| s.time),
-        chunk.events.first().map(|e| e.time()),
-        chunk.blocks.first().map(|b| b.end_time),
-    ];
-    let mut until = start.into_iter().flatten().fold(f64::INFINITY, f64::min);
-    // Handed over, not copied: a chunk may hold a million samples.
-    let mut pieces = chunk.pieces.into_iter().peekable();
-    let mut samples = chunk.samples.into_iter().peekable();
-    let mut events = chunk.events.into_iter().peekable();
-    let mut blocks = chunk.blocks.into_iter().peekable();
-    std::iter::from_fn(move || {
-        loop {
-            if pieces.peek().is_none() && samples.peek().is_none() && events.peek().is_none() && blocks.peek().is_none()
-            {
-                return None;
-            }
-            until += seconds;
-            let stretch = Chunk {
-                pieces: std::iter::from_fn(|| pieces.next_if(|p| p.time[0] < until)).collect(),
-                samples: std::iter::from_fn(|| samples.next_if(|s| s.time < until)).collect(),
-                events: std::iter::from_fn(|| events.next_if(|e| e.time() < until)).collect(),
-                blocks: std::iter::from_fn(|| blocks.next_if(|b| b.end_time < until)).collect(),
-            };
-            let empty = stretch.pieces.is_empty()
-                && stretch.samples.is_empty()
-                && stretch.events.is_empty()
-                && stretch.blocks.is_empty();
-            if !empty {
-                return Some(stretch);
-            }
-        }
-    })
-}
-
-/// Does some work, and gives the wall time that it took, s.
-pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
-    let start = Instant::now();
-    let result = work();
-    (result, start.elapsed().as_secs_f64())
 }

@@ -6,6 +6,7 @@
 //! | `listing.rs` | program lines as findings and blocks name them |
 //! | `main_loop.rs` | the prove-out loop |
 //! | `measure.rs` | sections, distances and walls of a finished run |
+//! | `motion_plan.rs` | the control of a run, and its motion in stretches |
 //! | `overhang.rs` | the least stickout of each tool |
 //! | `partial.rs` | `--preview` and `--stop-at` |
 //! | `readings.rs` | block skip and optional stop, both ways |
@@ -15,6 +16,7 @@
 pub mod listing;
 pub(crate) mod main_loop;
 pub mod measure;
+pub(crate) mod motion_plan;
 pub mod overhang;
 pub mod partial;
 pub(crate) mod readings;

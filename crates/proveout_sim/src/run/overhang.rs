@@ -28,7 +28,10 @@ use proveout_nc::{Op, ToolAction, ToolName};
 use proveout_tool::Tool;
 
 use crate::{
-    observe::observer::{Batch, Observer, ObserverError, Outcome, Setup},
+    observe::{
+        observer::{Batch, Observer, Outcome, Setup},
+        observer_error::ObserverError,
+    },
     prepare::{choice::Choice, error::SimError, prepared::Prepared},
     run::main_loop::rehearse,
     verdict::finding::{self, Family, Finding, Severity},

@@ -7,187 +7,25 @@
 //! its end: all are `unchecked` unless they failed, and an unfinished part is not judged for
 //! excess, features and texture.
 
-use std::{fmt, path::Path, str::FromStr};
-
 use proveout_controller::{BlockKind, BlockRecord, Chunk, MoveKind, Summary};
-use proveout_geom::{nearest, read_regular_text};
 use proveout_nc::Op;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use crate::{
-    prepare::{choice::Choice, error::SimError, prepared::Prepared},
-    scene::Scene,
+    prepare::{error::SimError, prepared::Prepared},
     verdict::{
-        finding::{self, CODES, Code, Finding, Severity},
+        finding::{Finding, Severity},
         gates::Coverage,
         verdict_file,
     },
 };
 
-/// Factor of the cells of a preview: the rays, and with them most of the time of sweeps, fall to a sixteenth; motion and bodies take theirs.
-pub const COARSER: f64 = 4.0;
+pub use crate::{
+    prepare::{preview::COARSER, stop_at::StopAt},
+    verdict::partial_run::{Partial, PreviewUsed, Stopped},
+};
+
 /// Simulated time of a stretch where a finding ends the run, s: by so much it may run on.
 const NEAR_S: f64 = 0.1;
-/// Longest time that is taken, s: a hundred days of machining.
-const MOST_S: f64 = 8.64e6;
-
-/// What ends a run early.
-#[derive(Clone, Debug, PartialEq)]
-pub enum StopAt {
-    /// The first finding of a code; none for the first that fails a gate.
-    Finding(Option<&'static str>),
-    /// The end of the first pass through a line of the program, from 1.
-    Line(u32),
-    /// The piece of motion that holds this simulated time, s.
-    Time(f64),
-}
-
-/// Codes that are judged when the program is at its end: no run can stop at them.
-const AT_THE_END: [Code; 11] = [
-    finding::GOUGE,
-    finding::EXCESS,
-    finding::FILM,
-    finding::THREAD,
-    finding::INSPECTION,
-    finding::ROUGHNESS,
-    finding::SCALLOP,
-    finding::TEXT_LOST,
-    finding::TEXT_UNPROVEN,
-    finding::TEXT_SKIPPED,
-    finding::TEXT_NOT_CALLED,
-];
-
-impl FromStr for StopAt {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        if text == "any" {
-            return Ok(Self::Finding(None));
-        }
-        if let Some(code) = CODES.iter().find(|c| c.code == text) {
-            if AT_THE_END.iter().any(|c| c.code == code.code) {
-                return Err(format!("{text} is judged at the end of the program: a run cannot stop there"));
-            }
-            return Ok(Self::Finding(Some(code.code)));
-        }
-        if text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '.')) {
-            return number(text);
-        }
-        let hint =
-            nearest(text, CODES.iter().map(|c| c.code)).map_or_else(String::new, |c| format!("; did you mean {c}?"));
-        Err(format!(
-            "no finding has this code{hint} (give `any`, a code of docs/findings, a line as 120, or a time as 12.5s)"
-        ))
-    }
-}
-
-/// A line, or a time with its `s`.
-fn number(text: &str) -> Result<StopAt, String> {
-    let Some(time) = text.strip_suffix('s') else {
-        return match text.parse::<u32>() {
-            Ok(line) if line > 0 => Ok(StopAt::Line(line)),
-            _ => Err("a line is a whole number from 1; a time has its unit, as 12.5s".to_owned()),
-        };
-    };
-    match time.trim_end().parse::<f64>() {
-        Ok(t) if t > 0.0 && t <= MOST_S => Ok(StopAt::Time(t)),
-        _ => Err(format!("a time is more than 0s, and at most {MOST_S}s")),
-    }
-}
-
-impl fmt::Display for StopAt {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Finding(None) => f.write_str("any"),
-            Self::Finding(Some(code)) => f.write_str(code),
-            Self::Line(line) => write!(f, "{line}"),
-            Self::Time(t) => write!(f, "{t}s"),
-        }
-    }
-}
-
-/// In what a run is less than the whole check; no key of it is set in one that is whole.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Partial {
-    /// The cells were coarse (`run --preview`).
-    pub preview: Option<PreviewUsed>,
-    /// The run ended early (`run --stop-at`).
-    pub stopped: Option<Stopped>,
-}
-
-impl Partial {
-    /// In what the run was not the whole check, in sentences.
-    pub fn words(&self) -> Vec<String> {
-        let preview = self.preview.as_ref().map(|p| {
-            let [cell, full] = [&p.cells_mm, &p.scene_cells_mm].map(|c| c.iter().copied().fold(0.0, f64::max));
-            format!("PREVIEW with cells of {cell} mm, the scene has {full} mm: not the whole check; for that, run again without --preview")
-        });
-        let stopped = self.stopped.as_ref().map(|s| {
-            let line = s.line.map_or_else(String::new, |l| format!(", after line {l}"));
-            format!("STOPPED at {:.3} s{line}: {}; nothing after it was checked", s.time_s, s.why)
-        });
-        preview.into_iter().chain(stopped).collect()
-    }
-}
-
-/// Cells of a preview.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct PreviewUsed {
-    /// Edges of the cells that were cut, mm.
-    pub cells_mm: [f64; 3],
-    /// Those of the scene.
-    pub scene_cells_mm: [f64; 3],
-    /// What else was left out: patches, texture.
-    pub left_out: Vec<String>,
-}
-
-/// Where a run ended early.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Stopped {
-    /// What the call asked for: `any`, a code, a line, a time.
-    pub at: String,
-    /// In words.
-    pub why: String,
-    /// Last motion that was judged: its file.
-    pub file: Option<String>,
-    /// Its line.
-    pub line: Option<u32>,
-    /// Simulated time to which motion was cut and judged, s.
-    pub time_s: f64,
-    /// Time to which the control had planned ahead, s: `axes` and `path` cover the motion until then, all else that until `time_s`.
-    pub planned_s: f64,
-}
-
-/// What the call makes of a scene.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Wanted {
-    pub(crate) preview: Option<PreviewUsed>,
-    pub(crate) stop_at: Option<StopAt>,
-}
-
-impl Wanted {
-    /// Takes out of a scene what a preview leaves out; gives the cells to cut with.
-    pub(crate) fn of(choice: &Choice, scene: &mut Scene, cells: [f64; 3]) -> (Self, [f64; 3]) {
-        let stop_at = choice.stop_at.clone();
-        if !choice.preview {
-            return (Self { preview: None, stop_at }, cells);
-        }
-        let coarse = cells.map(|c| COARSER * c);
-        let mut left_out = Vec::new();
-        let patches = &mut scene.file.stock.get_mut().patch;
-        if !patches.is_empty() {
-            let names: Vec<String> = patches.drain(..).map(|p| p.into_inner().name).collect();
-            left_out.push(format!("finer patches ({})", names.join(", ")));
-        }
-        if scene.file.surface.take().is_some() {
-            left_out.push("roughness of [surface]".to_owned());
-        }
-        left_out.push("ridges between the passes".to_owned());
-        let preview = Some(PreviewUsed { cells_mm: coarse, scene_cells_mm: cells, left_out });
-        (Self { preview, stop_at }, coarse)
-    }
-}
 
 /// Refuses a line on which nothing moves, before anything is cut.
 ///
@@ -401,23 +239,6 @@ pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
             };
         }
     }
-}
-
-/// Refuses the stock of a run that was not whole: the next setup would start from a part that does
-/// not exist.
-pub(crate) fn refused_as_stock(folder: &Path) -> Option<String> {
-    #[derive(Deserialize)]
-    struct Short {
-        #[serde(default)]
-        partial: Option<Partial>,
-    }
-    let text = read_regular_text(&folder.join("verdict.json"), 1 << 30).ok()?;
-    let partial = serde_json::from_str::<Short>(&text).ok()?.partial?;
-    Some(match (partial.preview, partial.stopped) {
-        (_, Some(s)) => format!("is of a run that was stopped at {:.3} s: the part is not finished", s.time_s),
-        (Some(p), None) => format!("is of a preview, with cells of {} mm", p.cells_mm.into_iter().fold(0.0, f64::max)),
-        (None, None) => return None,
-    })
 }
 
 #[cfg(test)]

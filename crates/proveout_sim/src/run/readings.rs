@@ -6,70 +6,15 @@
 
 use std::path::Path;
 
-use proveout_nc::{OptionalStop, Settings};
-
 use crate::{
-    prepare::{choice::Choice, error::SimError, prepared::Prepared},
+    prepare::{error::SimError, prepared::Prepared},
     run::main_loop,
-    scene::{ProgramFile, SwitchFile},
     verdict::{
         finding::Finding,
         gates,
         verdict_file::{Gate, State, Verdict},
     },
 };
-
-/// All levels of `/`.
-const ALL_LEVELS: u16 = 0x3ff;
-
-/// How the switches are set; none where not stated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Reading {
-    /// Blocks with `/` are left out.
-    pub skip: Option<bool>,
-    /// M1 stops.
-    pub stop: Option<bool>,
-}
-
-impl Reading {
-    /// Sets the switches of a reader.
-    pub(crate) fn apply(self, settings: &mut Settings) {
-        if let Some(skip) = self.skip {
-            (settings.skip_stated, settings.skipped_levels) = (true, if skip { ALL_LEVELS } else { 0 });
-        }
-        if let Some(stop) = self.stop {
-            settings.optional_stop = if stop { OptionalStop::On } else { OptionalStop::Off };
-        }
-    }
-
-    fn words(self) -> String {
-        let skip = self.skip.map(|s| if s { "without the `/` blocks" } else { "with the `/` blocks" });
-        let stop = self.stop.map(|s| if s { "with M1 as a stop" } else { "without a stop at M1" });
-        skip.into_iter().chain(stop).collect::<Vec<_>>().join(" and ")
-    }
-}
-
-/// The readings that a scene wants of a program, the one of the run first.
-pub(crate) fn of(entry: Option<&ProgramFile>) -> Vec<Reading> {
-    let set = |switch: Option<SwitchFile>| match switch {
-        None => vec![None],
-        Some(SwitchFile::On) => vec![Some(true)],
-        Some(SwitchFile::Off) => vec![Some(false)],
-        Some(SwitchFile::Both) => vec![Some(false), Some(true)],
-    };
-    let (skips, stops) = (set(entry.and_then(|e| e.block_skip)), set(entry.and_then(|e| e.optional_stop)));
-    skips.iter().flat_map(|skip| stops.iter().map(|stop| Reading { skip: *skip, stop: *stop })).collect()
-}
-
-/// The calls of the other readings than the one of the run.
-pub(crate) fn others(entry: Option<&ProgramFile>, choice: &Choice) -> Vec<Choice> {
-    // A run that ends early judges nothing to its end.
-    if choice.reading.is_some() || choice.stop_at.is_some() {
-        return Vec::new();
-    }
-    let others = of(entry).into_iter().skip(1);
-    others.map(|reading| Choice { reading: Some(reading), free_axes: 0, ..choice.clone() }).collect()
-}
 
 /// Runs the other readings of a program whose commands differ; the judgement of each with its words.
 ///
@@ -148,29 +93,6 @@ pub(crate) fn fold(verdict: &mut Verdict, proved: usize, others: Vec<(String, Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn program(more: &str) -> ProgramFile {
-        toml::from_str(&format!("name = \"p\"\nfile = \"p.nc\"\n{more}")).unwrap_or_else(|e| panic!("{more}: {e}"))
-    }
-
-    #[test]
-    fn both_of_a_switch_is_each_of_its_readings() {
-        let count = |more: &str| of(Some(&program(more))).len();
-        assert_eq!((of(None), count("")), (vec![Reading::default()], 1));
-        for (more, readings) in [
-            ("block_skip = \"on\"\n", 1),
-            ("block_skip = \"both\"\n", 2),
-            ("optional_stop = \"both\"\n", 2),
-            ("block_skip = \"both\"\noptional_stop = \"both\"\n", 4),
-            ("block_skip = \"both\"\noptional_stop = \"off\"\n", 2),
-        ] {
-            assert_eq!(count(more), readings, "{more}");
-            let choices = others(Some(&program(more)), &Choice::default());
-            assert_eq!(choices.len(), readings - 1, "{more}");
-            assert!(choices.iter().all(|c| others(Some(&program(more)), c).is_empty()), "a reading has no others");
-        }
-        assert!(toml::from_str::<ProgramFile>("name = \"p\"\nblock_skip = \"maybe\"\n").is_err());
-    }
 
     #[test]
     fn the_worse_judgement_of_a_gate_stands_with_its_reading() {

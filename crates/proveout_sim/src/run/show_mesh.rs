@@ -5,7 +5,7 @@ use proveout_stock::{MeshBand, Patch, SurfaceMesh, TriDexel};
 
 use crate::{
     judge::surface_survey::Surveyed,
-    observe::observer::MeshPart,
+    observe::surface_map::MeshPart,
     prepare::{design::Neighbors, error::SimError},
 };
 

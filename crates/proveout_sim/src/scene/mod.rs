@@ -86,7 +86,7 @@ pub use self::surface::{
     SurfaceModelFile, SurfacePatchFile, SurfaceProfileFile,
 };
 pub use self::tolerance::{ToleranceRegionFile, Tolerances};
-use crate::{prepare::choice::resolution_fault, scene::place::offset_of};
+use crate::scene::{place::offset_of, stock::resolution_fault};
 
 /// A scene, as written in `scene.toml`. Paths are relative to the folder of the scene.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

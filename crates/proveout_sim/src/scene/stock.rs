@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Aabb, InputError, Point, Vector};
+use proveout_geom::{Aabb, InputError, Point, Vector, check_quantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
@@ -219,4 +219,9 @@ pub(crate) fn check_blade(path: &Path, text: &str, file: &SceneFile) -> Result<(
         return Err(InputError::at(path, text, at, "blade_allowance_mm has no blade, or is not an allowance", help));
     }
     Ok(())
+}
+
+/// What is wrong with a cell size that a call gives, by the range that `resolution_mm` has in a scene.
+pub fn resolution_fault(cell_mm: f64) -> Option<String> {
+    check_quantity("resolution_mm", cell_mm).err().map(|e| e.to_string())
 }

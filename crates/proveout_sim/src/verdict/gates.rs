@@ -1,12 +1,10 @@
 //! From findings and from what was left unchecked to the gates and the verdict.
 
-use crate::{
-    judge::surface_gate,
-    verdict::{
-        finding::{self, Code, Severity},
-        log::FindingLog,
-        verdict_file::{Gate, State, Surface},
-    },
+use crate::verdict::{
+    finding::{self, Code, Severity},
+    log::FindingLog,
+    surface_words,
+    verdict_file::{Gate, State, Surface},
 };
 
 /// Names of the gates, in the order of the verdict.
@@ -89,7 +87,7 @@ pub(crate) fn not_asked(gate: Gate, why: String, surface: &Surface) -> Gate {
     if gate.state == State::Fail {
         return gate;
     }
-    let evaluated = surface_gate::evaluated(surface).filter(|_| gate.name == "surface");
+    let evaluated = surface_words::evaluated(surface).filter(|_| gate.name == "surface");
     let reason = match evaluated {
         Some(values) => format!("evaluated, not judged: no tolerance; {values}"),
         None => why,

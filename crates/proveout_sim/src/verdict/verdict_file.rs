@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-pub use crate::run::partial::{Partial, PreviewUsed, Stopped};
 use crate::verdict::finding::Finding;
+pub use crate::verdict::partial_run::{Partial, PreviewUsed, Stopped};
 pub use crate::verdict::scallop_figures::{
     Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch, ScallopRegion,
 };

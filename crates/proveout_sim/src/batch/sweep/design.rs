@@ -1,7 +1,7 @@
 //! Which values every job of a sweep has.
 
 use super::file::{DesignFile, VaryFile};
-use crate::{prepare::set_values::SetValue, scene::ChoiceValueFile};
+use crate::{prepare::set_value::SetValue, scene::ChoiceValueFile};
 
 /// The values of all jobs, made when they are asked for: a million jobs take no memory but that of a Latin hypercube's order.
 #[derive(Clone, Debug)]

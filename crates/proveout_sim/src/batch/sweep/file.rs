@@ -12,7 +12,10 @@ use serde_spanned::Spanned;
 
 use super::design::Design;
 use crate::{
-    prepare::set_values::{self, SetValue},
+    prepare::{
+        set_value::SetValue,
+        set_values::{self},
+    },
     scene::{ChoiceValueFile, Scene, names},
 };
 

@@ -15,7 +15,7 @@ use crate::{
         digest,
         manifest::{Listed, relative},
     },
-    prepare::{choice::Choice, error::SimError, memory::Recorded, prepared::Prepared, set_values::SetValue},
+    prepare::{choice::Choice, error::SimError, memory::Recorded, prepared::Prepared, set_value::SetValue},
     run::shards::{MOTION, MotionPlan, plan_motion, raw_files},
     scene::ChoiceValueFile,
 };

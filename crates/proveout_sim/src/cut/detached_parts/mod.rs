@@ -48,7 +48,7 @@ use self::{
     lying::Lying,
 };
 use crate::{
-    checks::spindle_and_holder::CuttingState, observe::observer::LooseMotion, prepare::prepared::Prepared,
+    checks::spindle_and_holder::CuttingState, observe::block_rows::LooseMotion, prepare::prepared::Prepared,
     units::KG_MM3_PER_KG_M3, verdict::finding::Finding,
 };
 

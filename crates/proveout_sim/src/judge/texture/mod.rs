@@ -31,14 +31,16 @@ use proveout_tool::ToolLibrary;
 pub(crate) use evaluate::evaluate;
 pub(crate) use record::{MOST_PIECES, PIECE_BYTES, Recorder, Tracks};
 pub(crate) use roughness::judge;
-pub(crate) use toothless::FLAT;
 
 use self::{
     places::{Ground, Place, Refused},
     record::Area,
 };
 use crate::{
-    prepare::{design::flank, error::SimError, part_shape::Shape},
+    prepare::{
+        error::SimError,
+        part_shape::{Shape, flank},
+    },
     scene::{ProfileDirectionFile, Scene, SurfaceFile, surface::Middle},
     units::MM_PER_UM,
 };

@@ -7,12 +7,13 @@
 
 use super::toothless::{PARABOLA_RA, missing};
 use crate::{
-    judge::surface_gate::{Judgement, ONE_FIGURE_UM},
+    judge::surface_gate::Judgement,
     prepare::prepared::Prepared,
     scene::tolerance::{Limit, SurfaceKey, Tolerances},
     verdict::{
         finding,
         log::FindingLog,
+        surface_words::ONE_FIGURE_UM,
         verdict_file::{Spread, State, Surface, TextureUsed},
     },
 };

@@ -16,14 +16,16 @@ use proveout_surface::topography::Cut;
 use proveout_tool::{Segment, Tool};
 
 use super::evaluate::Work;
-use crate::{scene::surface::SurfaceModelFile, units::UM_PER_MM, verdict::verdict_file::TextureUsed};
+use crate::{
+    scene::surface::SurfaceModelFile,
+    units::UM_PER_MM,
+    verdict::{surface_words::FLAT, verdict_file::TextureUsed},
+};
 
 /// Ra of a parabola of height one.
 pub(super) const PARABOLA_RA: f64 = 0.256_600_119_639_833_7;
 /// Heights that differ by less than this are none, µm.
 const FLAT_UM: f64 = 1e-4;
-/// What is said of them.
-pub(crate) const FLAT: &str = "no kinematic height along the path; teeth not modeled";
 
 impl Work<'_> {
     /// The marks that teeth could leave where an envelope has none.

@@ -24,8 +24,11 @@ use proveout_tool::{Profile, Role, Segment};
 use super::{ShardError, record};
 use crate::{
     checks::spindle_and_holder::{Barring, Cutters, CuttingState, PieceCut, Sweeps, ToolBodies, states_of_pieces},
-    prepare::{error::SimError, prepared::Prepared},
-    run::main_loop::{STRETCH_S, controller, from_run_error, opened, stretches},
+    prepare::{
+        error::{SimError, from_run_error},
+        prepared::Prepared,
+    },
+    run::motion_plan::{STRETCH_S, controller, opened, stretches},
 };
 
 /// The motion of a run, in the folder of its sweep.

@@ -14,7 +14,7 @@ use super::{
     motion::u32_at,
     record,
 };
-use crate::cut::{journal::motion, stock_bodies::Cutting};
+use crate::cut::{cutting::Cutting, journal::motion};
 
 /// What a merged run had from its shards.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
