@@ -64,12 +64,12 @@ pub use prepare::made_program::MadeProgram;
 pub use prepare::memory::{Memory, Recorded};
 pub use prepare::part_on_table::PartOnTable;
 pub use prepare::part_shape::{BladeMesh, blade_mesh_of};
+pub use prepare::planning;
 pub use prepare::prepared::Prepared;
 pub use prepare::raw_stock::{RawStock, STOCK_FILE, patch_file};
 pub use prepare::reader_settings::tool_radii;
 pub use prepare::reading::Reading;
 pub use prepare::set_value::SetValue;
-pub use prepare::{planning, programs};
 pub use proveout_collision::{AxisState, OrientationCell};
 pub use proveout_geom::{InputError, nearest as nearest_word, read_regular_text};
 pub use run::{listing, measure, overhang, partial, shards};
@@ -79,3 +79,11 @@ pub use {
     prepare::choice::{Choice, StockChoice},
     scene::stock::resolution_fault,
 };
+
+/// Programs that are made: a pass over the blade of the scene, and re-scheduled programs.
+pub mod programs {
+    pub use crate::{
+        compare::remade::{ChannelShown, Remade},
+        prepare::programs::{Original, Rescheduling, helix, largest_center_shift, rescheduled, text},
+    };
+}

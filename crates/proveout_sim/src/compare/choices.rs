@@ -26,13 +26,17 @@ use super::{
     Comparing, Entry,
     finish::{stretch_of, time_of},
     judge,
-    motion::{Motion, Source},
     pictures::study_of,
     result::{Choices, Comparison, Made, ProgramFigures, Published, Reproduced, TriedChoice},
 };
 use crate::{
     prepare::{
-        control_settings::control_settings, error::SimError, part_on_table::PartOnTable, planning, prepared::Prepared,
+        control_settings::control_settings,
+        error::SimError,
+        motion_only::{Motion, Source},
+        part_on_table::PartOnTable,
+        planning,
+        prepared::Prepared,
         programs, reader_settings,
     },
     scene::{

@@ -281,7 +281,10 @@ mod tests {
 
     use super::*;
     use crate::{
-        compare::result::{Made, Stretch, StretchAxis, StudyFigure},
+        compare::{
+            result::{Made, Stretch, StretchAxis},
+            study::StudyFigure,
+        },
         verdict::verdict_file::{Clearance, Deviation, Gate, Surface, Time},
     };
 

@@ -15,7 +15,9 @@
 //! | file | what it does |
 //! |---|---|
 //! | `certificate/` | bounds on the time of any schedule |
+//! | `remade.rs` | a program made again, with its certificate |
 //! | `schedule.rs` | a re-scheduled program beside its source |
+//! | `study.rs` | curves and numbers that a method shows of its work |
 
 pub mod certificate;
 mod choices;
@@ -23,11 +25,12 @@ pub(crate) mod depth;
 mod finish;
 mod judge;
 mod markdown;
-pub(crate) mod motion;
 mod pictures;
+pub(crate) mod remade;
 mod result;
 pub mod schedule;
 mod sphere;
+pub(crate) mod study;
 mod surface;
 mod uncertainty;
 mod unrolled;
@@ -45,7 +48,6 @@ use rayon::prelude::*;
 
 use self::{
     finish::windows,
-    motion::{Motion, MotionCase},
     surface::scallop,
     uncertainty::saved,
     variation::{TwinVariation, own_limits, variations},
@@ -63,7 +65,14 @@ use crate::{
         schedule::{Motions, Schedule, ScheduleBound},
     },
     observe::surface_map::SurfaceMap,
-    prepare::{choice::Choice, design::deviation_on, error::SimError, part_shape::Shape, prepared::Prepared},
+    prepare::{
+        choice::Choice,
+        design::deviation_on,
+        error::SimError,
+        motion_only::{Motion, MotionCase},
+        part_shape::Shape,
+        prepared::Prepared,
+    },
     run::main_loop::RunResult,
     scene::{CompareFile, DynamicsFile, Scene},
     verdict::verdict_file::Verdict,

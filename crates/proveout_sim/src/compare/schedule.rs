@@ -15,12 +15,15 @@ use proveout_machine::Machine;
 
 use crate::{
     compare::{
-        Role, StudyCurve, StudyFigure,
         certificate::{RunCertificate, blocks_of, certify},
-        motion::{FeedBlock, Motion, MotionCase},
+        study::{Role, StudyCurve, StudyFigure},
         study_of,
     },
-    prepare::{error::SimError, prepared::Prepared},
+    prepare::{
+        error::SimError,
+        motion_only::{FeedBlock, Motion, MotionCase},
+        prepared::Prepared,
+    },
     scene::joint_limits::ChangedLimit,
 };
 

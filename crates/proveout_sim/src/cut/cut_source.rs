@@ -3,9 +3,8 @@
 use proveout_stock::{Measure, SweepItem, SweepReport};
 
 use crate::{
-    cut::{cutting::Cutting, journal::Journal},
+    cut::{cutting::Cutting, journal::Journal, shard_cuts::ShardCuts},
     prepare::error::SimError,
-    run::shards::ShardCuts,
 };
 
 /// Written down, or taken from what was written.

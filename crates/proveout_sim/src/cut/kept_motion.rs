@@ -2,14 +2,10 @@
 //!
 //! The stock remembers for each point the piece of motion that made it, by a number; here is the piece of a number.
 
+use crate::prepare::memory::MOST_PIECES;
 use proveout_stock::SweepMotion;
 use proveout_surface::topography::{PathPiece, SweptPath};
 use proveout_tool::{Profile, ToolLibrary};
-
-/// Pieces that are kept at most: 256 MB, which are announced by the lines of the program.
-pub(crate) const MOST_PIECES: usize = 1_000_000;
-/// Bytes of a piece that is kept, and of the same made ready for the search.
-pub(crate) const PIECE: f64 = 256.0;
 
 /// One piece of motion in the workpiece frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,6 +12,8 @@
 //! | `journal.rs` | what the sweeps did, so that an interrupted run can resume |
 //! | `journal_error.rs` | why a run cannot keep or resume a journal |
 //! | `kept_motion.rs` | the motion pieces that cut, kept to the end of the run |
+//! | `shard_cuts.rs` | the cuts of all shards, as a merged run takes them |
+//! | `shard_records.rs` | records in the files of a run in shards |
 //! | `stages.rs` | wall time of the stages, effort of the checks |
 //! | `stock_bodies.rs` | machine bodies against the stock while it is cut |
 //! | `tool_between_rays.rs` | contact of the tool with stock between the rays |
@@ -25,6 +27,8 @@ pub(crate) mod engine;
 pub mod journal;
 pub(crate) mod journal_error;
 pub(crate) mod kept_motion;
+pub(crate) mod shard_cuts;
+pub(crate) mod shard_records;
 pub(crate) mod stages;
 pub(crate) mod stock_bodies;
 pub(crate) mod tool_between_rays;

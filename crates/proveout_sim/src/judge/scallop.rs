@@ -10,12 +10,10 @@ use proveout_surface::scallop::{
 use proveout_tool::Profile;
 
 use crate::{
-    cut::{
-        engine::Facts,
-        kept_motion::{MOST_PIECES, Swept},
-    },
+    cut::{engine::Facts, kept_motion::Swept},
     prepare::{
         design::{Neighbors, design},
+        memory::MOST_PIECES,
         prepared::Prepared,
     },
     scene::tolerance::SurfaceKey,

@@ -74,7 +74,7 @@ pub(crate) fn choose_stock(scene: &mut Scene, choice: &StockChoice) {
 }
 
 /// The calls of the other readings than the one of the run.
-pub(crate) fn others(entry: Option<&ProgramFile>, choice: &Choice) -> Vec<Choice> {
+pub(crate) fn calls_of_other_readings(entry: Option<&ProgramFile>, choice: &Choice) -> Vec<Choice> {
     // A run that ends early judges nothing to its end.
     if choice.reading.is_some() || choice.stop_at.is_some() {
         return Vec::new();
@@ -104,9 +104,12 @@ mod tests {
             ("block_skip = \"both\"\noptional_stop = \"off\"\n", 2),
         ] {
             assert_eq!(count(more), readings, "{more}");
-            let choices = others(Some(&program(more)), &Choice::default());
+            let choices = calls_of_other_readings(Some(&program(more)), &Choice::default());
             assert_eq!(choices.len(), readings - 1, "{more}");
-            assert!(choices.iter().all(|c| others(Some(&program(more)), c).is_empty()), "a reading has no others");
+            assert!(
+                choices.iter().all(|c| calls_of_other_readings(Some(&program(more)), c).is_empty()),
+                "a reading has no others"
+            );
         }
         assert!(toml::from_str::<ProgramFile>("name = \"p\"\nblock_skip = \"maybe\"\n").is_err());
     }

@@ -9,7 +9,10 @@ use proveout_nc::{ControlFileError, Diagnostic, Diagnostics, post::PostError};
 use proveout_stock::StockError;
 use thiserror::Error;
 
-use crate::{cut::journal_error::JournalError, observe::observer_error::ObserverError, run::shards::ShardError};
+use crate::{
+    cut::{journal_error::JournalError, shard_records::ShardError},
+    observe::observer_error::ObserverError,
+};
 
 /// Why there is no verdict.
 #[derive(Debug, Error)]

@@ -27,8 +27,6 @@ use std::fs;
 use proveout_geom::TriMesh;
 use proveout_nc::{Command, Motion, Op};
 
-use crate::cut::kept_motion::{MOST_PIECES, PIECE};
-
 /// Intervals of material that a ray may gain, as a mean over all rays.
 pub(crate) const GROWTH: f64 = 0.35;
 /// Memory that the history of the stock may take, bytes.
@@ -208,6 +206,15 @@ impl Motions {
         }
     }
 }
+
+/// Memory that a run may take, bytes.
+pub(crate) const MEMORY: u64 = 4 << 30;
+
+/// Pieces that are kept at most: 256 MB, which are announced by the lines of the program.
+pub(crate) const MOST_PIECES: usize = 1_000_000;
+
+/// Bytes of a piece that is kept, and of the same made ready for the search.
+pub(crate) const PIECE: f64 = 256.0;
 
 #[cfg(test)]
 mod tests {

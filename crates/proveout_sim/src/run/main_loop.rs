@@ -14,7 +14,12 @@ use rayon::prelude::*;
 
 use crate::{
     compare::schedule::Schedule,
-    cut::{cut_source::Cuts, engine::Engine, journal::Journal},
+    cut::{
+        cut_source::Cuts,
+        engine::Engine,
+        journal::Journal,
+        shard_cuts::{ShardCuts, ShardFacts},
+    },
     judge::{
         final_verdict::{self, Shown},
         free_axes,
@@ -33,7 +38,6 @@ use crate::{
         motion_plan::{STRETCH_S, controller, opened, stretches},
         partial::Watch,
         readings,
-        shards::{ShardCuts, ShardFacts},
         show_mesh::show_mesh,
     },
     verdict::{

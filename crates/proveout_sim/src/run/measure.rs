@@ -10,7 +10,7 @@ use proveout_geom::{InputError, Point, Vector, open_regular_file, read_mesh};
 use proveout_stock::{Outline, Probe, TriDexel};
 use serde::Serialize;
 
-use crate::prepare::{error::SimError, part_mesh::solid, prepared::MEMORY, raw_stock::STOCK_FILE};
+use crate::prepare::{error::SimError, memory::MEMORY, part_mesh::solid, raw_stock::STOCK_FILE};
 
 /// Cells of the search grid along the longest edge of a design.
 const DESIGN_CELLS: f64 = 100.0;

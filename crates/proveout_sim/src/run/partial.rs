@@ -8,10 +8,9 @@
 //! excess, features and texture.
 
 use proveout_controller::{BlockKind, BlockRecord, Chunk, MoveKind, Summary};
-use proveout_nc::Op;
 
 use crate::{
-    prepare::{error::SimError, prepared::Prepared},
+    prepare::prepared::Prepared,
     verdict::{
         finding::{Finding, Severity},
         gates::Coverage,
@@ -26,50 +25,6 @@ pub use crate::{
 
 /// Simulated time of a stretch where a finding ends the run, s: by so much it may run on.
 const NEAR_S: f64 = 0.1;
-
-/// Refuses a line on which nothing moves, before anything is cut.
-///
-/// # Errors
-/// [`SimError::StopAt`] with the next line that moves something.
-pub(crate) fn check_line(prepared: &Prepared) -> Result<(), SimError> {
-    let Some(StopAt::Line(line)) = prepared.wanted.stop_at else { return Ok(()) };
-    let running = prepared.running_file();
-    let mut next: Option<u32> = None;
-    for command in prepared.program()? {
-        let command = command?;
-        let place = &command.location;
-        if !is_motion(&command.op) || *prepared.shown_as(&place.file) != *running.display().to_string() {
-            continue;
-        }
-        if place.line == line {
-            return Ok(());
-        }
-        if place.line > line {
-            next = Some(next.map_or(place.line, |n| n.min(place.line)));
-        }
-    }
-    let message = format!("--stop-at {line}: this line of {} has no motion that is run", running.display());
-    let help = match next {
-        Some(next) => format!("the next line with a motion is {next}"),
-        None if line > prepared.program_lines => format!("the program has {} lines", prepared.program_lines),
-        None => "no motion comes after it".to_owned(),
-    };
-    Err(SimError::StopAt { message, help })
-}
-
-fn is_motion(op: &Op) -> bool {
-    matches!(
-        op,
-        Op::Rapid(_)
-            | Op::Linear(_)
-            | Op::Arc(_)
-            | Op::Spline(_)
-            | Op::Probe(_)
-            | Op::Thread(_)
-            | Op::Retract(_)
-            | Op::Dwell(_)
-    )
-}
 
 /// Follows a run that may end early.
 pub(crate) struct Watch<'a> {

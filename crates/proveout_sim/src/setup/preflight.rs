@@ -4,24 +4,28 @@
 //! One reading pass follows the tool (`first_part::trace`); nothing is planned and nothing is cut. A cause is a hint: the run decides. What is
 //! missing altogether (work offsets, tools, subprograms) is refused before, by the survey of the program, all of it at once.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use proveout_geom::{Aabb, Point};
-use proveout_machine::{Joint, Machine};
+use proveout_machine::Machine;
 use proveout_nc::{AXIS_LETTERS, Location, ProgramText, ToolName};
-use serde::Serialize;
 
-use crate::prepare::control_settings::length_active_after_change;
-use crate::prepare::prepared::Prepared;
-use crate::setup::first_part::place::{Fit, PAST_TRAVEL, fit};
-use crate::setup::first_part::reading::{MachineMove, NO_TURN, Reading, ToolUse};
-use crate::setup::first_part::{setup, shown};
+use crate::{
+    prepare::{control_settings::length_active_after_change, prepared::Prepared},
+    setup::{
+        causes::{lines, never_changed, outside_travel},
+        first_part::{
+            place::{Fit, PAST_TRAVEL, fit},
+            reading::{MachineMove, NO_TURN, Reading, ToolUse},
+            setup, shown,
+        },
+    },
+};
+
+pub use crate::setup::causes::Cause;
 
 /// A rapid descent deeper than this into the box of the stock is reported, mm.
 const CONTACT_MM: f64 = 0.01;
-/// Most lines that a cause names.
-const MAX_LINES: usize = 6;
 /// A drill goes through the stock by so much, mm.
 const BELOW_MM: f64 = 5.0;
 /// Positions of a joint that differ by less are the same, mm or radian: rounding.
@@ -30,102 +34,6 @@ const SAME_POSITION: f64 = 1e-9;
 /// What has lengths come with the tool on a control whose programs have no word for them.
 const WITH_TOOL: &str = "; where lengths come with the tool on your control, name a file under [control] file that says so: inherits = \"fanuc-0i\", \
                          [tool_length] without_h = \"tool\", [words] M6 = { does = \"M6 G43\" }";
-
-/// Something that will lead to findings, or keep a gate from being trusted.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Cause {
-    /// What is so, with lines and values.
-    pub what: String,
-    /// What to write, and where.
-    pub add: String,
-    /// For information alone: no finding follows from it.
-    pub note: bool,
-}
-
-impl Cause {
-    fn new(what: String, add: impl Into<String>) -> Self {
-        Self { what, add: add.into(), note: false }
-    }
-}
-
-/// `lines 3, 8 and 4 more`.
-pub(crate) fn lines<'a>(places: impl IntoIterator<Item = &'a Location>) -> String {
-    let mut all: Vec<u32> = places.into_iter().map(|l| l.line).collect();
-    all.sort_unstable();
-    all.dedup();
-    let more = all.len().saturating_sub(MAX_LINES);
-    let named: Vec<String> = all.iter().take(MAX_LINES).map(u32::to_string).collect();
-    let word = if all.len() == 1 { "line" } else { "lines" };
-    if more > 0 {
-        format!("{word} {} and {more} more", named.join(", "))
-    } else {
-        format!("{word} {}", named.join(", "))
-    }
-}
-
-/// Why a limit is to be doubted; nothing where it is published.
-pub(crate) fn trust(machine: &Machine, joint: &Joint) -> &'static str {
-    if machine.travel_is_chosen(joint) == Some(true) {
-        " (this travel is chosen in the machine file, not published)"
-    } else {
-        ""
-    }
-}
-
-/// Positions of the machine that a program names and the travel does not hold.
-pub(crate) fn outside_travel(machine: &Machine, readings: &[Reading]) -> Vec<Cause> {
-    let mut by_letter: BTreeMap<char, Vec<(f64, &Location)>> = BTreeMap::new();
-    for m in readings.iter().flat_map(|r| &r.machine_moves) {
-        let joint = machine.joint_for_letter(m.letter).map(|j| &machine.joints[j]);
-        if joint.is_some_and(|j| j.travel_violation(m.value).is_some()) {
-            by_letter.entry(m.letter).or_default().push((m.value, &m.at));
-        }
-    }
-    let cause = |(letter, places): (char, Vec<(f64, &Location)>)| {
-        let joint = &machine.joints[machine.joint_for_letter(letter)?];
-        let [low, high] = joint.travel?.map(|v| joint.kind.in_unit(v));
-        let unit = joint.kind.unit();
-        let value = joint.kind.in_unit(places.first()?.0);
-        let from_home = places.iter().all(|(v, _)| joint.travel_violation(joint.home + v).is_none());
-        let what = format!(
-            "{letter} is sent to {value:.3} {unit} of the machine (G53, SUPA, M91 or a reference point, {}), its travel is {low:.3} to {high:.3} \
-             {unit}{}",
-            lines(places.iter().map(|(_, at)| *at)),
-            trust(machine, joint)
-        );
-        let add = if from_home {
-            format!(
-                "the program counts from home and {} from its table: write zero = \"home\" as the first line of its machine.toml and take the \
-                 work offsets from there (`proveout new` does both in a copy), or write {:.3} for {value:.3}",
-                machine.name,
-                joint.kind.in_unit(joint.home) + value
-            )
-        } else {
-            format!("correct the position, or travel_{unit} of joint {letter} in the machine file")
-        };
-        Some(Cause::new(what, add))
-    };
-    by_letter.into_iter().filter_map(cause).collect()
-}
-
-/// Tools that are named one after the other in a text that changes none in: everything is cut with the one in the spindle.
-pub(crate) fn never_changed(reading: &Reading, in_spindle: &ToolName) -> Option<Cause> {
-    let named: Vec<&(ToolName, Location)> =
-        reading.selected.iter().filter(|(name, _)| *name != ToolName::Empty).collect();
-    if reading.changes || named.len() < 2 {
-        return None;
-    }
-    let names: Vec<String> = named.iter().map(|(name, _)| shown(name)).collect();
-    Some(Cause::new(
-        format!(
-            "{} are called and none is changed in ({}, no M6): everything is cut with {}, the tool in the spindle",
-            names.join(", "),
-            lines(named.iter().map(|(_, at)| at)),
-            shown(in_spindle)
-        ),
-        "write M6 after each T where the operator changes the tool, or write one program per tool",
-    ))
-}
 
 /// The tool in the spindle before the first block.
 fn at_start(prepared: &Prepared) -> ToolName {
@@ -301,7 +209,7 @@ fn axes(machine: &Machine, reading: &Reading, program: &Path) -> Vec<Cause> {
             lines([at]),
             unit(over).abs(),
             unit(limit),
-            trust(machine, joint)
+            machine.doubt_of_travel(joint)
         );
         // Where the program has sent it by a position of the machine it is still there: that is
         // reported already.

@@ -28,7 +28,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    compare::{Role, StudyCurve, motion::FeedBlock},
+    compare::study::{Role, StudyCurve},
+    prepare::motion_only::FeedBlock,
     scene::joint_limits::ChangedLimit,
 };
 

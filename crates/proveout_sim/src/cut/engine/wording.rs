@@ -206,7 +206,7 @@ pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
             let joint = joint.and_then(|j| machine.joints.get(j));
             let mut f = past_limit(joint, [*value, *limit], *kind)?;
             if let (LimitKind::Travel, Some(joint)) = (kind, joint) {
-                f.message.push_str(crate::setup::preflight::trust(machine, joint));
+                f.message.push_str(machine.doubt_of_travel(joint));
             }
             f
         }

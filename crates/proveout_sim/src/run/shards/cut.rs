@@ -16,19 +16,15 @@ use std::{
 
 use proveout_stock::{ShareLog, TriDexel};
 
-use super::{
-    ShardError,
-    motion::{MOTION, MotionReader, raw_files, raw_patch},
-};
 use crate::{
     checks::spindle_and_holder::Sweeps,
-    cut::journal::motion,
-    prepare::{error::SimError, prepared::MEMORY},
+    cut::{
+        journal::motion,
+        shard_records::{CUTS_MAGIC, HEAD, ShardError},
+    },
+    prepare::{error::SimError, memory::MEMORY},
+    run::shards::motion::{MOTION, MotionReader, raw_files, raw_patch},
 };
-
-pub(super) const CUTS_MAGIC: &[u8] = b"PROVEOUT-CUTS 1\n";
-/// Bytes of a record before what became of the tiles, its length not counted.
-pub(super) const HEAD: usize = 24;
 
 /// What a shard took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -22,38 +22,9 @@
 
 mod cut;
 mod motion;
-mod shard_cuts;
 
-use std::{io::Read, path::PathBuf};
-
+pub use crate::cut::shard_cuts::{ShardCuts, ShardFacts};
 pub use cut::{ShardCost, cut_shard};
 pub use motion::{MOTION, MotionPlan, plan_motion, raw_files};
-pub use shard_cuts::{ShardCuts, ShardFacts};
-use thiserror::Error;
 
-/// Why a shard cannot be cut, or its cuts not be taken.
-#[derive(Debug, Error)]
-#[error("{}: {message}", path.display())]
-pub struct ShardError {
-    /// The file.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub message: String,
-}
-
-impl ShardError {
-    fn new(path: &std::path::Path, message: impl std::fmt::Display) -> Self {
-        Self { path: path.to_owned(), message: message.to_string() }
-    }
-}
-
-/// Reads exactly this many bytes; none at the end of the file.
-fn record(input: &mut impl Read, length: usize) -> std::io::Result<Option<Vec<u8>>> {
-    let mut bytes = Vec::new();
-    input.by_ref().take(length as u64).read_to_end(&mut bytes)?;
-    match bytes.len() {
-        n if n == length => Ok(Some(bytes)),
-        0 => Ok(None),
-        _ => Err(std::io::Error::new(std::io::ErrorKind::UnexpectedEof, "it ends in the middle of a record")),
-    }
-}
+pub use crate::cut::shard_records::ShardError;

@@ -21,9 +21,9 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_stock::{SweepMotion, TriDexel};
 use proveout_tool::{Profile, Role, Segment};
 
-use super::{ShardError, record};
 use crate::{
     checks::spindle_and_holder::{Barring, Cutters, CuttingState, PieceCut, Sweeps, ToolBodies, states_of_pieces},
+    cut::shard_records::{ShardError, record, u32_at, u64_at},
     prepare::{
         error::{SimError, from_run_error},
         prepared::Prepared,
@@ -282,12 +282,4 @@ impl<'p> MotionReader<'p> {
         });
         pieces.collect::<Result<Vec<_>, _>>().map(Some)
     }
-}
-
-pub(super) fn u32_at(bytes: &[u8], at: usize) -> u32 {
-    bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).map_or(u32::MAX, u32::from_le_bytes)
-}
-
-pub(super) fn u64_at(bytes: &[u8], at: usize) -> u64 {
-    bytes.get(at..at + 8).and_then(|b| b.try_into().ok()).map_or(u64::MAX, u64::from_le_bytes)
 }

@@ -5,14 +5,16 @@
 //! table. Where the positions fit from home and not as the file counts, the scene gets a copy of
 //! the machine with `zero = "home"`. The choice is reported.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use proveout_geom::read_input;
 use proveout_machine::Machine;
 
 use super::reading::{MachineMove, OwnZero, Reading};
-use crate::setup::preflight::lines;
+use crate::setup::causes::lines;
 
 /// Folder of the copy in the new scene.
 pub(super) const FOLDER: &str = "machine";

@@ -28,8 +28,10 @@ mod workholding;
 mod writing;
 mod zeros;
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+};
 
 use proveout_geom::{Aabb, MAX_LENGTH_MM, Point, Pose, TriMesh, Vector};
 use proveout_machine::Machine;
@@ -49,10 +51,12 @@ use self::tool_choice::tools;
 use self::trace::TraceSetup;
 use self::workholding::{Workholding, workholding};
 use self::zeros::{offsets, own_mount, stated_mount};
-use crate::prepare::control_file::{control_of, settings_on};
-use crate::prepare::control_settings::{length_active_after_change, length_in_machine_coordinates};
-use crate::prepare::error::SimError;
-use crate::prepare::machine_data::with_machine;
+use crate::prepare::{
+    control_file::{control_of, settings_on},
+    control_settings::{length_active_after_change, length_in_machine_coordinates},
+    error::SimError,
+    machine_data::with_machine,
+};
 
 /// Lengths and heights that differ by less are the same, and a shorter way is none, mm: programs and tool lists are written in steps of 0.0001.
 const SAME_MM: f64 = 1e-6;
@@ -436,12 +440,10 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
     notes.extend(deep);
     let resolution = resolution(&stock.value.aabb(), &uses, &tools);
     let in_spindle = start_tool.as_ref().map_or(ToolName::Empty, |(n, _)| ToolName::Number(*n));
-    let never = readings.iter().filter_map(|r| crate::setup::preflight::never_changed(r, &in_spindle));
+    let never = readings.iter().filter_map(|r| crate::setup::causes::never_changed(r, &in_spindle));
     notes.extend(never.map(|c| format!("{}; {}", c.what, c.add)));
     notes.extend(
-        crate::setup::preflight::outside_travel(&machine, &readings)
-            .into_iter()
-            .map(|c| format!("{}; {}", c.what, c.add)),
+        crate::setup::causes::outside_travel(&machine, &readings).into_iter().map(|c| format!("{}; {}", c.what, c.add)),
     );
     told.extend(writing::told_of_setup(&uses, &tools, &stock, &mount, &offsets, &readings, touch_off));
     told.push(format!("workholding: {}", workholding.words()));

@@ -8,13 +8,11 @@ use std::{
 
 use proveout_stock::{Depths, Measure, ShareReplay, StockFileError, SweepItem, SweepReport};
 
-use super::{
-    ShardError,
-    cut::{CUTS_MAGIC, HEAD},
-    motion::u32_at,
-    record,
+use crate::cut::{
+    cutting::Cutting,
+    journal::motion,
+    shard_records::{CUTS_MAGIC, HEAD, ShardError, record, u32_at},
 };
-use crate::cut::{cutting::Cutting, journal::motion};
 
 /// What a merged run had from its shards.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -32,10 +32,10 @@ use proveout_machine::{Joint, JointKind, JointValues, MAX_JOINTS, Machine};
 use proveout_nc::{Command, Diagnostic, Op, PathMode, Program, Settings as NcSettings};
 use proveout_tool::{Tool, ToolLibrary};
 
-use super::depth::{Deep, DepthGauge};
 use crate::{
     prepare::{
         control_settings::control_settings,
+        depth_gauge::{Deep, DepthGauge},
         error::{SimError, from_run_error},
         prepared::Prepared,
         program_survey::known_offset,
@@ -158,7 +158,7 @@ pub(crate) struct Motion {
     pub(crate) summary: Summary,
     pub(crate) blocks: Vec<FeedBlock>,
     /// The same blocks along the programmed path; their extremes are those of the set points.
-    pub(super) programmed: Vec<FeedBlock>,
+    pub(crate) programmed: Vec<FeedBlock>,
     /// Joints that a block sends past their travel.
     pub(crate) over_travels: Vec<OverTravel>,
     /// Reversals of each joint by block; blocks without one are not there.
