@@ -24,6 +24,15 @@ impl Machine {
         format!("{}; {}; {trust}", sides.join(", "), travel.join(", "))
     }
 
+    /// Why a travel is to be doubted, as the end of a sentence; empty where it is published.
+    pub fn doubt_of_travel(&self, joint: &Joint) -> &'static str {
+        if self.travel_is_chosen(joint) == Some(true) {
+            " (this travel is chosen in the machine file, not published)"
+        } else {
+            ""
+        }
+    }
+
     /// Whether the travel of a joint was chosen (`Some(true)`), has a source (`Some(false)`), or neither is said.
     pub fn travel_is_chosen(&self, joint: &Joint) -> Option<bool> {
         self.travel_note(joint).map(|t| t.chosen)

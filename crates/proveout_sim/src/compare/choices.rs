@@ -10,9 +10,11 @@
 //! *Judgement.* The published value lies between the least and the largest that choices, draws and twin have given: `reproduced` if ours has its sign
 //! in all of them and one choice or the twin alone comes as far; `possible` if the sign turns, or only draws come as far; `not` outside.
 
-use std::borrow::Cow;
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, BTreeSet},
+    path::PathBuf,
+};
 
 use proveout_controller::Settings as ControlSettings;
 use proveout_geom::{InputError, Pose, Step::Item, Step::Key, read_input};
@@ -24,22 +26,26 @@ use super::{
     Comparing, Entry,
     finish::{stretch_of, time_of},
     judge,
-    motion::{Motion, Source},
     pictures::study_of,
     result::{Choices, Comparison, Made, ProgramFigures, Published, Reproduced, TriedChoice},
 };
 use crate::{
-    control_settings::control_settings,
-    error::SimError,
-    part_on_table::PartOnTable,
-    planning,
-    prepare::Prepared,
-    programs,
-    scene::{ChoiceValueFile, CompareFile, HELIX, Scene, StrategyFile},
-    scene_choice::{limit_machine, with_values},
-    scene_compare::QuantityFile,
-    scene_limits::limit_joints,
-    verdict::State,
+    prepare::{
+        control_settings::control_settings,
+        error::SimError,
+        motion_only::{Motion, Source},
+        part_on_table::PartOnTable,
+        planning,
+        prepared::Prepared,
+        programs, reader_settings,
+    },
+    scene::{
+        ChoiceValueFile, CompareFile, HELIX, Scene, StrategyFile,
+        choice::{limit_machine, with_values},
+        compare::QuantityFile,
+        joint_limits::limit_joints,
+    },
+    verdict::verdict_file::State,
 };
 
 /// Where the draws begin; any number does.
@@ -369,7 +375,7 @@ fn again(entry: &Entry, scene: &Scene, machine: &Machine, plans: bool) -> Result
                 figures: out.runs.first().map_or_else(Vec::new, |run| study_of(run).figures),
                 over_velocity: Vec::new(),
             };
-            let nc = programs::settings_of_made(kept.nc.clone());
+            let nc = reader_settings::settings_of_made(kept.nc.clone());
             (Source::Text { name: "made.mpf".into(), text }, nc, Some(made))
         }
     };

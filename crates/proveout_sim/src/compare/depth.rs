@@ -10,63 +10,14 @@
 //! at the end of every piece of the motion, weighed with the way of the tip along it. The pieces are those that cut the part: with drives in the
 //! loop, the actual ones. A line is one run in feed; its ends are left out with the rest of what is no cutting stretch.
 
-use std::sync::Arc;
-
-use proveout_geom::{Point, Pose, Vector, blade::ParametricSurface};
-
-use super::{
-    motion::{FeedBlock, Motion},
-    result::Depth,
-};
+use super::result::Depth;
 use crate::{
-    scene::{CompareFile, Scene},
-    shape::Shape,
+    prepare::{
+        depth_gauge::Deep,
+        motion_only::{FeedBlock, Motion},
+    },
     units::UM_PER_MM,
 };
-
-/// What depths are measured from.
-#[derive(Clone, Debug)]
-pub(crate) struct DepthGauge {
-    surface: Arc<dyn ParametricSurface>,
-    work_from_table: Pose,
-    /// What the raw blade has more than the design, mm.
-    allowance: f64,
-}
-
-/// A place of the cutter: way of the tip up to it since the place before, and the depth there, mm.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Deep {
-    pub(crate) way: f64,
-    pub(crate) depth: f64,
-}
-
-impl DepthGauge {
-    /// Of a scene that asks for a depth; none where it does not, or has no closed form.
-    pub(super) fn of_scene(scene: &Scene) -> Option<Self> {
-        let asks = |c: &CompareFile| {
-            let published = c.published.iter().map(|p| p.quantity);
-            published.chain(c.expect.iter().filter_map(|e| e.quantity)).any(|q| q.of_depth())
-        };
-        scene.file.compare.as_ref().filter(|c| asks(c))?;
-        let blade = scene.file.part.as_ref()?.blade?;
-        let shape = Shape::of_scene(scene, &blade, 0.0).ok()?;
-        Some(Self {
-            surface: shape.surface(),
-            work_from_table: scene.file.mount.table_from_work().inverse(),
-            allowance: scene.file.stock.get_ref().blade_allowance_mm.unwrap_or(0.0),
-        })
-    }
-
-    /// Depth of a ball, mm; its center in the table frame.
-    pub(super) fn depth(&self, center: &Point, radius: f64) -> f64 {
-        let p = self.work_from_table.point(center);
-        let [u, v] = self.surface.nearest(&p);
-        let local = self.surface.local(u, v);
-        let from: Vector = p - local.point;
-        let distance = from.norm().copysign(from.dot(&local.normal));
-        self.allowance - (distance - radius)
-    }
-}
 
 /// Depths over the cutting stretch, micrometer; none where a tool was no ball or nothing was measured.
 pub(super) fn depth_of(motion: &Motion, stretch: &[std::ops::Range<usize>]) -> Option<Depth> {
@@ -140,7 +91,7 @@ mod tests {
     use std::collections::BTreeMap;
 
     use proveout_controller::Summary;
-    use proveout_geom::blade::{ClosedSurface, Lu};
+    use proveout_geom::Point;
     use proveout_machine::JointValues;
 
     use super::*;
@@ -180,21 +131,5 @@ mod tests {
         close(depth.most_um, 300.0);
         let none = Motion { blocks: vec![block(1, &[])], ..motion };
         assert!(depth_of(&none, &none.stretch(0.0)).is_none(), "nothing measured is not zero");
-    }
-
-    #[test]
-    fn the_depth_is_that_of_the_ball_along_the_normal() {
-        let surface: Arc<dyn ParametricSurface> = Arc::new(ClosedSurface::new(Lu::stand_in()));
-        let mount = Pose::from_axis_angle(&Vector::z(), 0.7);
-        let gauge = DepthGauge { surface: surface.clone(), work_from_table: mount.inverse(), allowance: 0.2 };
-        for (u, v) in [(0.4, 0.2), (1.5, 0.5), (3.0, 0.7), (3.2, 0.4), (4.6, 0.6)] {
-            let at = surface.local(u, v);
-            for off in [-0.05, 0.0, 0.03] {
-                let center = mount.point(&(at.point + at.normal * (3.0 + off)));
-                let depth = gauge.depth(&center, 3.0);
-                // Inward by 0.05 the ball still touches where it did: its radius is far above that of the edge.
-                assert!((depth - (0.2 - off)).abs() < 1e-6, "{u} {v} {off}: {depth}");
-            }
-        }
     }
 }

@@ -10,15 +10,17 @@ use super::{
     ProgramFigures, ProgramPicture, Ran, RotaryDemand, SCHEMA_VERSION, Stretch, StretchAxis, VariedGains, VariedTime,
     depth::depth_of,
     judge,
-    motion::{self, Extremes, Motion},
     surface::{SCALLOP_RULE, difference},
     uncertainty::{VariedGain, saved, time_gain},
 };
 use crate::{
-    finding::Severity,
-    gates,
+    prepare::motion_only::{self, Extremes, Motion},
     units::UM_PER_MM,
-    verdict::{Gate, State, Time},
+    verdict::{
+        finding::Severity,
+        gates,
+        verdict_file::{Gate, State, Time},
+    },
 };
 
 impl Comparing {
@@ -214,7 +216,7 @@ impl Comparing {
             let row = |j: usize, joint: &JointPicture| {
                 let f = joint.factor;
                 let of = |q: &JointValues| q[j] * f;
-                let row = |d: &motion::DemandPoint| DemandRow {
+                let row = |d: &motion_only::DemandPoint| DemandRow {
                     time_s: d.time,
                     position: of(&d.position),
                     velocity: of(&d.velocity),
@@ -255,8 +257,9 @@ pub(super) fn stretch_of(ends: f64, machine: &Machine, motion: &Motion, ideal: &
         return None;
     }
     let demand = ideal.demand(&ideal.stretch(ends));
-    let largest =
-        |of: &dyn Fn(&motion::DemandPoint) -> Option<f64>| demand.iter().filter_map(of).map(f64::abs).reduce(f64::max);
+    let largest = |of: &dyn Fn(&motion_only::DemandPoint) -> Option<f64>| {
+        demand.iter().filter_map(of).map(f64::abs).reduce(f64::max)
+    };
     let programmed_ranges = ideal.stretch(ends);
     let (travel, range) = (ideal.travel(&programmed_ranges), ideal.range(&programmed_ranges));
     let rotary = |values: &JointValues| {
@@ -298,7 +301,7 @@ pub(super) fn stretch_of(ends: f64, machine: &Machine, motion: &Motion, ideal: &
 
 pub(super) fn windows(motion: &Motion, ends: f64, shown: Option<[f64; 2]>) -> Option<[[f64; 2]; 2]> {
     let ranges = motion.stretch(ends);
-    let blocks: Vec<&motion::FeedBlock> = ranges.iter().flat_map(|r| motion.blocks[r.clone()].iter()).collect();
+    let blocks: Vec<&motion_only::FeedBlock> = ranges.iter().flat_map(|r| motion.blocks[r.clone()].iter()).collect();
     let whole = [blocks.first()?.time[0], blocks.last()?.time[1]];
     let Some([from, to]) = shown else { return Some([whole; 2]) };
     let mut close: Option<[f64; 2]> = None;

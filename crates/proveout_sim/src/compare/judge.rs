@@ -2,9 +2,8 @@
 
 use super::result::{Comparison, Depth, Expectation, ProgramFigures, Published};
 use crate::{
-    scene::{CompareFile, ExpectFile, FormFile, QuantityFile},
-    scene_compare::ROTARY,
-    verdict::State,
+    scene::{CompareFile, ExpectFile, FormFile, QuantityFile, compare::ROTARY},
+    verdict::verdict_file::State,
 };
 
 /// What is asked for.
@@ -282,8 +281,11 @@ mod tests {
 
     use super::*;
     use crate::{
-        compare::result::{Made, Stretch, StretchAxis, StudyFigure},
-        verdict::{Clearance, Deviation, Gate, Surface, Time},
+        compare::{
+            result::{Made, Stretch, StretchAxis},
+            study::StudyFigure,
+        },
+        verdict::verdict_file::{Clearance, Deviation, Gate, Surface, Time},
     };
 
     fn program(time: f64, acceleration: Option<f64>) -> ProgramFigures {
@@ -420,7 +422,10 @@ mod tests {
             for (name, value) in [("a", 10.0), ("b", p95)] {
                 let surface = Surface {
                     scallop_p95_um: Some(value),
-                    scallop: Some(crate::verdict::Scallop { p95_bound_um: bound_um, ..Default::default() }),
+                    scallop: Some(crate::verdict::verdict_file::Scallop {
+                        p95_bound_um: bound_um,
+                        ..Default::default()
+                    }),
                     ..Surface::default()
                 };
                 all.programs.get_mut(name).expect("a program").surface = surface;

@@ -7,7 +7,7 @@ use super::{
     result::{Comparison, Depth, Gain, GainAtLimit, Made, ProgramFigures, Variation},
     uncertainty::{TimeGain, VariationKind},
 };
-use crate::{certificate::VelocityLimit, units::UM_PER_MM, verdict::State};
+use crate::{compare::certificate::VelocityLimit, units::UM_PER_MM, verdict::verdict_file::State};
 
 /// Sizes of numbers that are written without an exponent.
 const PLAIN: std::ops::Range<f64> = 1e-4..1e7;

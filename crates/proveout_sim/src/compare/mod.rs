@@ -11,16 +11,26 @@
 //! a program that the control cannot execute is refused before the first stock is cut.
 //!
 //! Everything in [`Comparison`] follows from the inputs: same inputs, same bytes at any thread count.
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `certificate/` | bounds on the time of any schedule |
+//! | `remade.rs` | a program made again, with its certificate |
+//! | `schedule.rs` | a re-scheduled program beside its source |
+//! | `study.rs` | curves and numbers that a method shows of its work |
 
+pub mod certificate;
 mod choices;
 pub(crate) mod depth;
 mod finish;
 mod judge;
 mod markdown;
-pub(crate) mod motion;
 mod pictures;
+pub(crate) mod remade;
 mod result;
+pub mod schedule;
 mod sphere;
+pub(crate) mod study;
 mod surface;
 mod uncertainty;
 mod unrolled;
@@ -38,7 +48,6 @@ use rayon::prelude::*;
 
 use self::{
     finish::windows,
-    motion::{Motion, MotionCase},
     surface::scallop,
     uncertainty::saved,
     variation::{TwinVariation, own_limits, variations},
@@ -51,17 +60,22 @@ pub use self::{
     uncertainty::{TimeGain, VariationKind},
 };
 use crate::{
-    certificate::{blocks_of, certify, gain_curves},
-    choice::Choice,
-    design::deviation_on,
-    error::SimError,
-    prepare::Prepared,
-    run::RunResult,
+    compare::{
+        certificate::{blocks_of, certify, gain_curves},
+        schedule::{Motions, Schedule, ScheduleBound},
+    },
+    observe::surface_map::SurfaceMap,
+    prepare::{
+        choice::Choice,
+        design::deviation_on,
+        error::SimError,
+        motion_only::{Motion, MotionCase},
+        part_shape::Shape,
+        prepared::Prepared,
+    },
+    run::main_loop::RunResult,
     scene::{CompareFile, DynamicsFile, Scene},
-    schedule::{Motions, Schedule, ScheduleBound},
-    shape::Shape,
-    surface_map::SurfaceMap,
-    verdict::Verdict,
+    verdict::verdict_file::Verdict,
 };
 pub(crate) use pictures::study_of;
 
@@ -146,7 +160,7 @@ pub(crate) const BOUNDS: [&str; 3] = [
 #[derive(Debug)]
 struct Ran {
     verdict: Verdict,
-    surface: crate::verdict::Surface,
+    surface: crate::verdict::verdict_file::Surface,
     deviation: Vec<f64>,
 }
 

@@ -5,7 +5,9 @@ use proveout_controller::ReprogrammedRun;
 use proveout_geom::{TriMesh, Vector};
 use proveout_toolpath::reschedule::{Curve, CurveKind, Figure};
 
-use super::result::StudyFigure;
+use crate::compare::study::StudyFigure;
+
+pub use crate::compare::study::{Role, Study, StudyCurve};
 
 /// Pictures of a comparison.
 #[derive(Clone, Debug, Default)]
@@ -57,47 +59,6 @@ pub struct DemandRow {
     pub velocity: f64,
     /// Acceleration; not a number at the end of a run.
     pub acceleration: f64,
-}
-
-/// What a method shows of its work, whatever the method.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Study {
-    /// Curves, in the order in which they are drawn.
-    pub curves: Vec<StudyCurve>,
-    /// Numbers.
-    pub figures: Vec<StudyFigure>,
-}
-
-/// What a curve is, so that it can be drawn without knowing its method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Role {
-    /// A bound that the result keeps to.
-    Limit,
-    /// The program before.
-    Original,
-    /// Key points joined by straight lines.
-    Polyline,
-    /// The program after.
-    Result,
-    /// Points that the method has chosen; not joined.
-    KeyPoints,
-    /// Places that divide the path; not joined.
-    Marks,
-}
-
-/// A curve or set of points.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StudyCurve {
-    /// What it is, in words.
-    pub name: String,
-    /// How it is meant.
-    pub role: Role,
-    /// Names of abscissa and ordinate; curves with equal ones share a plot.
-    pub axes: [String; 2],
-    /// Units of both.
-    pub units: [String; 2],
-    /// Abscissa and ordinate.
-    pub points: Vec<[f64; 2]>,
 }
 
 /// The cut part of the baseline, with values of every program at its vertices.

@@ -6,10 +6,14 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::uncertainty::{TimeGain, VariationKind};
-use crate::certificate::VelocityLimit;
-use crate::scene::PublishedKindFile;
-pub use crate::scene_limits::ChangedLimit;
-use crate::verdict::{Axis, Clearance, Deviation, Gate, State, Surface, Time};
+pub use crate::scene::joint_limits::ChangedLimit;
+use crate::{
+    compare::certificate::VelocityLimit,
+    scene::PublishedKindFile,
+    verdict::verdict_file::{Axis, Clearance, Deviation, Gate, State, Surface, Time},
+};
+
+pub use crate::compare::study::StudyFigure;
 
 /// Version of the layout of [`Comparison`]; raised when a key changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -190,17 +194,6 @@ pub struct GainAtLimit {
     pub saved_percent: f64,
     /// What the best schedule of the channel would save, percent.
     pub saved_at_most_percent: f64,
-}
-
-/// A number that a method reports of its work.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct StudyFigure {
-    /// What it is.
-    pub name: String,
-    /// Its unit; empty for counts and ratios.
-    pub unit: String,
-    /// Its value.
-    pub value: f64,
 }
 
 /// The part of a program that cuts, without approach, run-up and retract.

@@ -1,7 +1,7 @@
 //! Scallop of a cut part, and cut parts compared with each other.
 
 use super::result::Difference;
-use crate::{SurfaceMap, units::UM_PER_MM, verdict::Surface};
+use crate::{SurfaceMap, units::UM_PER_MM, verdict::verdict_file::Surface};
 
 /// The rule of [`scallop`], in words.
 pub(crate) const SCALLOP_RULE: &str = "Where the scene sets `scallop_um`: heights of the ridges between passes above the design, found on the swept surfaces and weighed with \

@@ -8,7 +8,7 @@ use proveout_geom::{
 };
 use rayon::prelude::*;
 
-use crate::shape::Shape;
+use crate::prepare::part_shape::Shape;
 
 /// Points on the outline; a point of the surface is assigned to the nearest of them.
 const SAMPLES: usize = 4096;

@@ -2,7 +2,8 @@
 
 use proveout_controller::{Dynamics, servo::without_drive};
 
-use super::{motion::MotionCase, uncertainty::VariationKind};
+use super::uncertainty::VariationKind;
+use crate::prepare::motion_only::MotionCase;
 
 /// Range in which a limit of a joint is known: what a machine is set to in the workshop and what its data sheet says differ
 /// by about a tenth.

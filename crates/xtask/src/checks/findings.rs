@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use crate::{TaskError, files};
 
 /// Where the codes are.
-const REGISTRY: &str = "crates/proveout_sim/src/finding.rs";
+const REGISTRY: &str = "crates/proveout_sim/src/verdict/finding.rs";
 /// Where the pages are.
 const PAGES: &str = "docs/findings";
 /// Headings of a page, in order.

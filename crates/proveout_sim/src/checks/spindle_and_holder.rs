@@ -1,0 +1,274 @@
+//! From sweep reports to process findings: what met material, with which part of the tool, in which kind of motion.
+
+use proveout_controller::{Chunk, Event, MoveKind, Piece};
+use proveout_nc::SpindleDirection;
+use proveout_stock::{Action, Measure, SweepItem, SweepMotion, SweepReport};
+use proveout_tool::{Profile, Role, Tool};
+
+use crate::{
+    checks::plunge,
+    verdict::finding::{
+        Code, HOLDER_IN_STOCK, NEAR_MISS, NECK_RUBS, RAPID_IN_MATERIAL, SHANK_RUBS, SPINDLE_OFF, SPINDLE_WRONG_WAY,
+    },
+};
+
+/// Spindle and tool while a piece is cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct CuttingState {
+    /// Index of the tool in the library.
+    pub(crate) tool: Option<usize>,
+    /// Rotation.
+    pub(crate) spindle: SpindleDirection,
+    /// Speed, 1/min; zero when off.
+    pub(crate) speed_rpm: f64,
+}
+
+/// What is swept: a body of a tool, or another shape derived from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Swept {
+    /// A body of the tool.
+    Body(Role),
+    /// A part of the holder, widened by the wanted clearance.
+    Zone,
+    /// The core round the axis of a tool that does not cut there, before its cutter comes.
+    Core,
+    /// The cutter in its pose when its tool has come into the spindle.
+    Entry,
+}
+
+/// What one sweep represents.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SweepPart {
+    /// Index of the piece within the batch.
+    pub(crate) piece: usize,
+    /// What is swept.
+    pub(crate) what: Swept,
+}
+
+/// The sweeps of a batch, and what each represents.
+#[derive(Debug, Default)]
+pub(crate) struct Sweeps<'a> {
+    pub(crate) items: Vec<SweepItem<'a>>,
+    pub(crate) measures: Vec<Measure>,
+    pub(crate) parts: Vec<SweepPart>,
+}
+
+/// What a piece of motion asks of the stock, before the bodies of its tool are put in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PieceCut {
+    /// Number of the piece in the run.
+    pub(crate) id: u32,
+    /// Its tool in the library.
+    pub(crate) tool: usize,
+    /// First piece of the run of motion in which the cutter must not meet material, where this is one of it.
+    pub(crate) since: Option<u32>,
+    /// In feed, and down along the axis.
+    pub(crate) goes_down: bool,
+    /// The first with this tool since it came into the spindle.
+    pub(crate) entered: bool,
+    /// In the frame of the stock.
+    pub(crate) motion: SweepMotion,
+}
+
+/// Follows in which run of pieces the cutter must not meet material.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Barring {
+    /// The first of it, the tool, and why.
+    run: Option<(u32, usize, &'static str)>,
+    /// Tool of the piece before.
+    tool: Option<usize>,
+}
+
+impl Barring {
+    /// What the next piece asks of the stock; nothing without a tool.
+    pub(crate) fn cut(
+        &mut self,
+        id: u32,
+        piece: &Piece,
+        state: &CuttingState,
+        tools: &[Tool],
+        motion: SweepMotion,
+    ) -> Option<PieceCut> {
+        let Some((index, tool)) = state.tool.and_then(|t| Some((t, tools.get(t)?))) else {
+            *self = Self::default();
+            return None;
+        };
+        let entered = self.tool.replace(index) != Some(index);
+        self.run = fault(piece.kind, state, tool).map(|code| match self.run {
+            Some((since, of, why)) if (of, why) == (index, code.code) => (since, of, why),
+            _ => (id, index, code.code),
+        });
+        let goes_down = piece.kind == MoveKind::Feed && plunge::way_down(&piece.pose).0 > 0.0;
+        Some(PieceCut { id, tool: index, since: self.run.map(|(since, ..)| since), goes_down, entered, motion })
+    }
+}
+
+/// The bodies of a tool that are swept.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct ToolBodies {
+    /// Round the axis of a tool that is watched for going down, before its cutter comes.
+    pub(crate) core: Vec<Profile>,
+    /// Those that cut.
+    pub(crate) cutting: Vec<(Role, Profile)>,
+    /// Those that must not touch anything.
+    pub(crate) others: Vec<(Role, Profile)>,
+    /// Parts of the holder, widened by the wanted clearance.
+    pub(crate) zones: Vec<Profile>,
+}
+
+/// The bodies of all tools that are swept.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Cutters(pub(crate) Vec<ToolBodies>);
+
+impl Cutters {
+    pub(crate) fn new(tools: &[Tool], zones: &[Vec<Profile>], cell_mm: f64) -> Self {
+        let of = |(k, tool): (usize, &Tool)| ToolBodies {
+            core: plunge::core(tool, cell_mm).into_iter().collect(),
+            cutting: tool.cutting().map(|b| (b.role, b.profile.clone())).collect(),
+            others: tool.not_cutting().map(|b| (b.role, b.profile.clone())).collect(),
+            zones: zones.get(k).cloned().unwrap_or_default(),
+        };
+        Self(tools.iter().enumerate().map(of).collect())
+    }
+
+    /// The core of a tool that is watched for going down.
+    pub(crate) fn core(&self, tool: usize) -> Option<&Profile> {
+        self.0.get(tool).and_then(|t| t.core.first())
+    }
+
+    /// Adds the sweeps of a piece, whose place in the batch is `index`: the cutter removes, the rest is probed against what the cutter has
+    /// left.
+    ///
+    /// A cutter removes material at rapid rate too, so that one crash is one finding and does not
+    /// spoil what follows; the finding says that it was a rapid.
+    pub(crate) fn add<'s>(&'s self, sweeps: &mut Sweeps<'s>, index: usize, cut: &PieceCut) {
+        let Some(tool) = self.0.get(cut.tool) else { return };
+        let mut put = |body: &'s Profile, action: Action, measure: Measure, what: Swept| {
+            let from = cut.motion.from;
+            let motion = if what == Swept::Entry { SweepMotion { from, to: from } } else { cut.motion };
+            sweeps.items.push(SweepItem { id: cut.id, body, action, motion });
+            sweeps.measures.push(measure);
+            sweeps.parts.push(SweepPart { piece: index, what });
+        };
+        for (_, body) in tool.cutting.iter().filter(|_| cut.entered) {
+            put(body, Action::Probe, Measure::Alone, Swept::Entry);
+        }
+        for body in tool.core.iter().filter(|_| cut.goes_down) {
+            put(body, Action::Probe, Measure::No, Swept::Core);
+        }
+        let depth = cut.since.map_or(Measure::No, Measure::Since);
+        for (role, body) in &tool.cutting {
+            put(body, Action::Remove, depth, Swept::Body(*role));
+        }
+        for (role, body) in &tool.others {
+            put(body, Action::Probe, Measure::Alone, Swept::Body(*role));
+        }
+        for zone in &tool.zones {
+            put(zone, Action::Probe, Measure::Alone, Swept::Zone);
+        }
+    }
+}
+
+impl CuttingState {
+    /// Without a tool, the spindle at rest.
+    pub(crate) const IDLE: Self = Self { tool: None, spindle: SpindleDirection::Off, speed_rpm: 0.0 };
+
+    /// What an event makes of it.
+    pub(crate) fn apply(&mut self, event: &Event) {
+        match *event {
+            // The spindle stops for the change and needs a new M3 or M4 after it.
+            Event::ToolChange { tool, .. } => *self = Self { tool, ..Self::IDLE },
+            Event::Spindle { direction, speed_rpm, .. } => {
+                (self.spindle, self.speed_rpm) = (direction, speed_rpm);
+            }
+            _ => {}
+        }
+    }
+}
+
+/// Whether an event comes before a piece of motion: those of earlier blocks, and of its own what
+/// the control does before it moves. A tool change has a block of its own, in which drives may
+/// still settle with the tool before: there its time decides.
+fn comes_before(event: &Event, piece: &Piece) -> bool {
+    match event {
+        Event::ToolChange { time, block, .. } if *block == piece.block => *time <= piece.time[0],
+        _ => event.block() <= piece.block,
+    }
+}
+
+/// Tool and spindle at each piece; events of earlier blocks come first. `apply` is called for every
+/// event.
+pub(crate) fn states_of_pieces(
+    chunk: &Chunk,
+    state: &mut CuttingState,
+    mut apply: impl FnMut(&Event),
+) -> Vec<CuttingState> {
+    let mut states = Vec::with_capacity(chunk.pieces.len());
+    let mut events = chunk.events.iter().peekable();
+    let mut take = |event: &Event, state: &mut CuttingState| {
+        apply(event);
+        state.apply(event);
+    };
+    for piece in &chunk.pieces {
+        while let Some(event) = events.next_if(|e| comes_before(e, piece)) {
+            take(event, state);
+        }
+        states.push(*state);
+    }
+    events.for_each(|e| take(e, state));
+    states
+}
+
+/// Why the cutter must not meet material in this motion; none in feed with the spindle turning its way.
+pub(crate) fn fault(kind: MoveKind, state: &CuttingState, tool: &Tool) -> Option<Code> {
+    match state.spindle {
+        _ if kind != MoveKind::Feed => Some(RAPID_IN_MATERIAL),
+        SpindleDirection::Off => Some(SPINDLE_OFF),
+        // M3 without S, or S0: it is commanded to turn and does not.
+        _ if state.speed_rpm <= 0.0 => Some(SPINDLE_OFF),
+        SpindleDirection::Clockwise if tool.left_handed => Some(SPINDLE_WRONG_WAY),
+        SpindleDirection::CounterClockwise if !tool.left_handed => Some(SPINDLE_WRONG_WAY),
+        _ => None,
+    }
+}
+
+/// The part of the tool that a sweep belongs to.
+pub(crate) fn part_of_tool(what: Swept) -> &'static str {
+    match what {
+        Swept::Body(Role::Cutting) | Swept::Entry => "cutter",
+        Swept::Core => "core",
+        Swept::Body(Role::Neck) => "neck",
+        Swept::Body(Role::Shank) => "shank",
+        Swept::Body(Role::Holder) | Swept::Zone => "holder",
+    }
+}
+
+/// How deep a sweep was in material, mm: measured where it is, else the longest overlap.
+pub(crate) fn depth(report: &SweepReport) -> f64 {
+    report.depth_mm.unwrap_or(report.overlap_mm)
+}
+
+/// The code of what a sweep found; none when all is in order. `contact` is the depth below which a body only touches
+/// (mm).
+pub(crate) fn judge_sweep(
+    part: &SweepPart,
+    kind: MoveKind,
+    state: &CuttingState,
+    tool: &Tool,
+    report: &SweepReport,
+    contact: f64,
+) -> Option<Code> {
+    if depth(report) <= contact {
+        return None;
+    }
+    match part.what {
+        Swept::Core => None,
+        // Nothing has cut its way in.
+        Swept::Entry => Some(RAPID_IN_MATERIAL),
+        Swept::Zone => Some(NEAR_MISS),
+        Swept::Body(Role::Neck) => Some(NECK_RUBS),
+        Swept::Body(Role::Shank) => Some(SHANK_RUBS),
+        Swept::Body(Role::Holder) => Some(HOLDER_IN_STOCK),
+        Swept::Body(Role::Cutting) => fault(kind, state, tool),
+    }
+}

@@ -1,0 +1,585 @@
+//! One stretch of motion through stock and bodies.
+
+mod judging;
+mod ledger;
+mod wording;
+
+use ledger::Ledger;
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, MoveKind};
+use proveout_geom::Pose;
+use proveout_stock::{Depths, Patch, SweepMotion, TileId, TriDexel};
+use proveout_tool::Tool;
+
+use crate::{
+    checks::{
+        block_slope::BlockEnds,
+        engagement::Engagement,
+        leg_limits,
+        plunge::PlungeWatch,
+        spindle_and_holder::{Barring, Cutters, CuttingState, Sweeps, states_of_pieces},
+        tap_pitch,
+        thread_strokes::{Stroke, Strokes, is_envelope},
+    },
+    cut::{
+        bodies::BodyCheck,
+        body_facts::{StockNear, Told},
+        cut_source::Cuts,
+        cutting::Cutting,
+        detached_parts::LooseParts,
+        kept_motion::{KeptMotion, KeptPiece},
+        stages::{Checks, Stages, timed},
+        stock_bodies::StockBodies,
+        tool_between_rays::{BetweenFacts, BetweenWatch},
+    },
+    evidence::inputs::FlatMesh,
+    judge::texture::{Recorder, Tracks},
+    observe::block_rows::{BlockRow, ClearanceProof, LooseMotion, SampleSignals},
+    prepare::{
+        error::SimError,
+        memory::{ALLOWANCE, HISTORY_MEMORY},
+        prepared::Prepared,
+    },
+    verdict::{
+        finding::{self, Finding},
+        log::{self, FindingLog},
+        verdict_file::{Clearance, ToolUse},
+    },
+};
+
+/// What a stretch gave in addition to its motion.
+#[derive(Debug, Default)]
+pub(crate) struct Stretch {
+    pub(crate) signals: Vec<SampleSignals>,
+    pub(crate) blocks: Vec<BlockRow>,
+    pub(crate) findings: Vec<Finding>,
+    pub(crate) changed_tiles: Vec<TileId>,
+    /// The same for each patch.
+    pub(crate) changed_in_patches: Vec<Vec<TileId>>,
+    /// Parts that came off the stock and moved.
+    pub(crate) loose: Vec<LooseMotion>,
+    pub(crate) time: f64,
+}
+
+/// What the loop knows at the end of the program.
+#[derive(Debug)]
+pub(crate) struct Facts {
+    pub(crate) log: FindingLog,
+    pub(crate) tools: Vec<ToolUse>,
+    pub(crate) tools_without_holder: Vec<String>,
+    pub(crate) clearance: Clearance,
+    pub(crate) proof: ClearanceProof,
+    pub(crate) removed: f64,
+    /// Volume of the stock at the end, mm³: the raw stock less what was removed and what fell off.
+    pub(crate) left: f64,
+    /// What is not known since parts came off the stock.
+    pub(crate) loose: Vec<String>,
+    /// What is known of those parts.
+    pub(crate) loose_known: Option<String>,
+    /// Volume of those that are no longer stock, mm³.
+    pub(crate) fallen: f64,
+    pub(crate) pieces: u64,
+    /// The program reached its end (M2, M30).
+    pub(crate) ended: bool,
+    /// Block of every piece, by its id in the stock.
+    pub(crate) block_of_piece: Vec<u32>,
+    /// Tools that cut as the cylinder round them (a tap), by the block that they cut in.
+    pub(crate) envelopes: BTreeMap<u32, usize>,
+    /// Motions of taps along their axis.
+    pub(crate) strokes: Strokes,
+    /// File and line of every block.
+    pub(crate) places: Vec<Option<(Arc<str>, u32)>>,
+    /// Bodies that the machine keeps out of the checks.
+    pub(crate) excluded_bodies: Vec<String>,
+    /// Remarks for the gates on pairs and meshes.
+    pub(crate) told: Told,
+    /// How the checks were settled.
+    pub(crate) effort: Checks,
+    /// Machine bodies on both sides of a tilting platform.
+    pub(crate) across_platforms: Vec<String>,
+    /// Pairs of bodies that were checked.
+    pub(crate) checked_pairs: usize,
+    /// Bodies that are followed against the stock, and those that are not.
+    pub(crate) stock_near: StockNear,
+    /// What lies between the rays.
+    pub(crate) between: BetweenFacts,
+    /// Plunges and ramps into material of which it is not stated whether the tool may make them, by
+    /// tool.
+    pub(crate) unknown_plunges: Vec<String>,
+    /// All motion, where the surface that it swept is asked for.
+    pub(crate) motion: Option<KeptMotion>,
+    /// Motion near the places of `[surface]`, where the scene has them.
+    pub(crate) tracks: Option<Tracks>,
+}
+
+/// The steepest way down into material of a tool that may not be allowed, and where.
+#[derive(Clone, Copy, Debug)]
+struct UnknownPlunge {
+    angle: f64,
+    block: u32,
+}
+
+/// Sums over the pieces of a block.
+#[derive(Clone, Copy, Debug, Default)]
+struct BlockSum {
+    volume: f64,
+    overlap: f64,
+    engagement: Option<Engagement>,
+    tool: Option<usize>,
+    /// Speed of the spindle at its last cut, 1/min.
+    cut_rpm: f64,
+}
+
+pub(crate) struct Engine<'a> {
+    prepared: &'a Prepared,
+    work_from_table: Pose,
+    stock: TriDexel,
+    /// Cut like the stock; everything is judged on the stock alone.
+    patches: Vec<Patch>,
+    bodies: BodyCheck<'a>,
+    stock_bodies: StockBodies,
+    depths: Depths,
+    /// Where the cuts are written down, or taken from.
+    cuts: Option<Cuts>,
+    barring: Barring,
+    cutters: Cutters,
+    between: BetweenWatch,
+    plunge: PlungeWatch,
+    block_ends: BlockEnds,
+    unknown_plunges: BTreeMap<usize, UnknownPlunge>,
+    log: FindingLog,
+    /// Findings about mesh files, reported before all others.
+    of_meshes: Vec<Finding>,
+    /// Breach of the bodies, and the finding that reports it.
+    breaches: Vec<(usize, usize)>,
+    /// The same for a body and the stock.
+    stock_breaches: Vec<(usize, usize)>,
+    state: CuttingState,
+    uses: BTreeMap<usize, (usize, ToolUse)>,
+    in_spindle_since: f64,
+    sums: BTreeMap<u32, BlockSum>,
+    block_of_piece: Vec<u32>,
+    envelopes: BTreeMap<u32, usize>,
+    strokes: Strokes,
+    /// Whether each tool cuts as the cylinder round it.
+    is_envelope: Vec<bool>,
+    motion: Option<KeptMotion>,
+    recorder: Option<Recorder<'a>>,
+    places: Vec<Option<(Arc<str>, u32)>>,
+    ledger: Ledger,
+    /// Volume that cuts have reported, mm³: it grows with each of them.
+    reported: f64,
+    loose: LooseParts,
+    /// The same when the parts were looked at last.
+    looked_at: f64,
+    time: f64,
+    ended: bool,
+    /// End of the last piece, and its signals.
+    last_signals: (f64, SampleSignals),
+}
+
+impl<'a> Engine<'a> {
+    pub(crate) fn new(
+        prepared: &'a Prepared,
+        stock: TriDexel,
+        patches: Vec<Patch>,
+        cuts: Option<Cuts>,
+    ) -> Result<Self, SimError> {
+        let (bodies, stock_bodies) = BodyCheck::new(prepared, &stock)?;
+        Ok(Self {
+            prepared,
+            work_from_table: prepared.table_from_work.inverse(),
+            ledger: Ledger::new(&stock, prepared.stock.own_volume()),
+            loose: LooseParts::new(&stock),
+            looked_at: 0.0,
+            depths: Depths::new(prepared.scene.file.tolerances.contact_mm),
+            cuts,
+            barring: Barring::default(),
+            cutters: Cutters::new(&prepared.tools.tools, &prepared.holder_zones, stock.cell_mm()),
+            between: BetweenWatch::new(prepared.stock.between().clone()),
+            plunge: PlungeWatch::default(),
+            block_ends: BlockEnds::default(),
+            unknown_plunges: BTreeMap::new(),
+            bodies,
+            stock_bodies,
+            stock,
+            patches,
+            log: FindingLog::default(),
+            of_meshes: prepared.flat_meshes.iter().map(FlatMesh::finding).collect(),
+            breaches: Vec::new(),
+            stock_breaches: Vec::new(),
+            state: CuttingState::IDLE,
+            uses: BTreeMap::new(),
+            in_spindle_since: 0.0,
+            sums: BTreeMap::new(),
+            block_of_piece: Vec::new(),
+            envelopes: BTreeMap::new(),
+            strokes: Strokes::new(),
+            is_envelope: (0..prepared.tools.tools.len()).map(|t| is_envelope(&prepared.tools, t)).collect(),
+            motion: prepared.keeps_motion().then(KeptMotion::default),
+            recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
+            places: Vec::new(),
+            reported: 0.0,
+            time: 0.0,
+            ended: false,
+            last_signals: (f64::NEG_INFINITY, SampleSignals::default()),
+        })
+    }
+
+    /// Proves the least clearance of every pair of bodies as well.
+    pub(crate) fn prove_clearance(&mut self) {
+        self.bodies.keep_proof();
+    }
+
+    pub(crate) fn stock(&self) -> &TriDexel {
+        &self.stock
+    }
+
+    pub(crate) fn patches(&self) -> &[Patch] {
+        &self.patches
+    }
+
+    /// Simulated time to which motion was cut and judged, s.
+    pub(crate) fn time(&self) -> f64 {
+        self.time
+    }
+
+    pub(crate) fn pieces(&self) -> u64 {
+        self.block_of_piece.len() as u64
+    }
+
+    fn tool(&self, index: Option<usize>) -> Option<&'a Tool> {
+        index.and_then(|i| self.prepared.tools.tools.get(i))
+    }
+
+    /// Cuts and checks a stretch; its parts are in order of time.
+    pub(crate) fn step(&mut self, chunk: &Chunk, stages: &mut Stages) -> Stretch {
+        let known = self.log.len();
+        for block in &chunk.blocks {
+            self.place(block);
+        }
+        let states = self.states_of_pieces(chunk);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.take(chunk, &states);
+        }
+        let first_id = self.block_of_piece.len() as u32;
+        self.follow_loose_parts(|loose, shop| loose.go_on(shop, chunk));
+        let mut sweeps = Sweeps::default();
+        for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
+            let id = first_id + i as u32;
+            self.block_of_piece.push(piece.block);
+            if let Some(tool) = state.tool.filter(|t| self.is_envelope.get(*t) == Some(&true)) {
+                self.envelopes.insert(piece.block, tool);
+            }
+            let [from, to] = piece.pose.map(|p| p.transformed(&self.work_from_table));
+            let tap = state.tool.and_then(|t| Some((t, self.tool(Some(t))?.thread?)));
+            if let Some(stroke) = tap.and_then(|(t, thread)| Stroke::of(&SweepMotion { from, to }, thread, t)) {
+                self.strokes.insert(id, stroke);
+            }
+            if let Some(motion) = &mut self.motion {
+                motion.push(KeptPiece {
+                    time: piece.time,
+                    motion: SweepMotion { from, to },
+                    tool: state.tool.map_or(u32::MAX, |t| t as u32),
+                    feed: piece.kind == MoveKind::Feed,
+                    deviation: piece.edge_deviation as f32,
+                });
+            }
+            let tools = &self.prepared.tools.tools;
+            if let Some(cut) = self.barring.cut(id, piece, state, tools, SweepMotion { from, to }) {
+                self.cutters.add(&mut sweeps, i, &cut);
+            }
+        }
+        let (bodies, stock_bodies) = (&mut self.bodies, &mut self.stock_bodies);
+        let cutting = Cutting { stock: &mut self.stock, patches: &mut self.patches, depths: &mut self.depths };
+        let cuts = self.cuts.as_mut();
+        let (mut cut, (hits, collision)) = rayon::join(
+            || stock_bodies.cut(cutting, cuts, &sweeps, &chunk.pieces),
+            || timed(|| bodies.check(&chunk.pieces, &states)),
+        );
+        stages.removal += cut.removal;
+        stages.collision += collision + cut.collision;
+        let sizes = [self.prepared.scene.file.tolerances.contact_mm, self.stock.cell_mm()];
+        let (between, took) = timed(|| self.between.look(&sweeps, &mut cut.reports, &chunk.pieces, &states, sizes));
+        stages.removal += took;
+        let parts = sweeps.parts;
+
+        self.keep_history(chunk, first_id);
+        self.tell_at_rest();
+        let volumes = self.judge_reports(chunk, &states, &parts, (&cut.reports, &between));
+        let clearances: Vec<Option<f64>> = hits.iter().map(|h| h.clearance).collect();
+        for (piece, checked) in chunk.pieces.iter().zip(hits) {
+            for hit in checked.hits {
+                self.judge_hit(piece, &hit);
+            }
+        }
+        for (piece, breach) in cut.breaches {
+            self.judge_stock_breach(&chunk.pieces[piece], breach);
+        }
+        self.judge_events(chunk);
+        for (mut f, at) in leg_limits::breaches(&self.prepared.machine, &chunk.samples) {
+            (f.block, f.time_s, f.axes) = (Some(at.block), Some(at.time), self.axes(&at.commanded));
+            self.log.push(f);
+        }
+        self.loose.watch(self.prepared, chunk, &states, &cut.reports);
+        let settled =
+            chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. }));
+        if self.reported == self.looked_at || !(settled || self.loose.is_due(&self.stock)) {
+            self.loose.moved(self.prepared, chunk);
+        } else {
+            self.looked_at = self.reported;
+            let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
+            self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), &states, last));
+            self.between.parts_are_gone(&self.loose.gone_bounds());
+            if self.loose.has_taken()
+                && let Some(cuts) = &mut self.cuts
+            {
+                cuts.stock_was_changed();
+            }
+        }
+        self.block_ends.keep(chunk);
+        let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
+        self.time = chunk.samples.last().map_or(self.time, |s| s.time.max(self.time));
+        self.time = chunk.pieces.last().map_or(self.time, |p| p.time[1].max(self.time));
+        self.time = chunk.blocks.last().map_or(self.time, |b| b.end_time.max(self.time));
+        Stretch {
+            signals: signals(chunk, &states, &volumes, &clearances, &mut self.last_signals),
+            blocks,
+            findings: log::placed(self.log.all()[known..].to_vec(), &self.places),
+            changed_tiles: self.stock.take_changed_tiles(),
+            changed_in_patches: self.patches.iter_mut().map(|p| p.stock_mut().take_changed_tiles()).collect(),
+            loose: self.loose.take_motions(),
+            time: self.time,
+        }
+    }
+
+    /// Refuses to go on with cuts of other motion.
+    pub(crate) fn check_cuts(&mut self) -> Result<(), SimError> {
+        self.cuts.as_mut().and_then(Cuts::take_fault).map_or(Ok(()), Err)
+    }
+
+    /// Where the cuts are written down, or taken from.
+    pub(crate) fn cuts(&self) -> Option<&Cuts> {
+        self.cuts.as_ref()
+    }
+
+    /// Refuses to go on when the stock takes more than was announced.
+    pub(crate) fn check_memory(&self) -> Result<(), SimError> {
+        let stocks = || std::iter::once(&self.stock).chain(self.patches.iter().map(Patch::stock));
+        let used: u64 = stocks().map(|s| s.memory_bytes() - s.history_bytes()).sum();
+        let announced = self.prepared.memory.of_stocks();
+        if used <= announced.saturating_add(ALLOWANCE) {
+            return Ok(());
+        }
+        let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let rays: f64 = stocks().map(|s| s.rays() as f64).sum();
+        let intervals = stocks().map(|s| s.intervals_per_ray() * s.rays() as f64).sum::<f64>() / rays.max(1.0);
+        // It may go on as it did over the lines that are left. Half is added: lines are no measure of what they remove, and the last
+        // one that is known may lie ahead of what was cut.
+        let line = self.places.iter().rev().flatten().next().map_or(1, |p| p.1);
+        let done = f64::from(line) / f64::from(self.prepared.program_lines.max(1));
+        let at_end = 1.0 + (intervals - 1.0).max(0.0) / done.clamp(0.02, 1.0);
+        let enough = 1.5 * intervals.max(at_end);
+        Err(SimError::Memory {
+            used_mib: mib(used),
+            announced_mib: mib(announced),
+            intervals,
+            time_s: self.time,
+            remedy: format!("write `intervals_per_ray = {enough:.1}` under [stock], or take coarser cells"),
+        })
+    }
+
+    /// Closes the run.
+    pub(crate) fn finish(mut self) -> (TriDexel, Vec<Patch>, Facts) {
+        self.tool_out(self.time);
+        self.follow_loose_parts(LooseParts::finish);
+        self.tell_at_rest();
+        for (breach, finding) in std::mem::take(&mut self.stock_breaches) {
+            if let Some(b) = self.stock_bodies.breach(breach) {
+                self.log.deepen(finding, b.penetration_estimate, b.least_distance);
+            }
+        }
+        for (breach, finding) in std::mem::take(&mut self.breaches) {
+            if let Some((penetration, distance)) = self.bodies.worst(breach) {
+                self.log.deepen(finding, penetration, distance);
+            }
+        }
+        let mut uses: Vec<(usize, ToolUse)> = self.uses.into_values().collect();
+        uses.sort_by_key(|(order, _)| *order);
+        let tools: Vec<ToolUse> = uses.into_iter().map(|(_, u)| u).collect();
+        let library = &self.prepared.tools.tools;
+        let tools_without_holder = tools
+            .iter()
+            .filter(|u| library.iter().any(|t| t.name == u.name && !t.has_holder))
+            .map(|u| u.name.clone())
+            .collect();
+        let unknown_plunges =
+            self.unknown_plunges.iter().map(|(t, p)| wording::unknown_plunge(&library[*t], p, &self.places)).collect();
+        let (clearance, proof) = self.bodies.clearance(&self.stock_bodies);
+        let (bodies, looks) = self.bodies.effort();
+        let (stock_queries, stock_motions) = self.stock_bodies.effort();
+        let effort = Checks { bodies, looks, stock_motions, stock_queries };
+        let between = self.between.facts(library, &self.places);
+        let facts = Facts {
+            between,
+            log: self.log.placed(&self.places).without_near_misses_of_hits(),
+            tools,
+            tools_without_holder,
+            clearance,
+            proof,
+            removed: self.ledger.removed(),
+            left: self.ledger.left(&self.stock),
+            loose: self.loose.left_out(),
+            loose_known: self.loose.checked(),
+            fallen: self.ledger.fallen(),
+            pieces: self.block_of_piece.len() as u64,
+            ended: self.ended,
+            block_of_piece: self.block_of_piece,
+            envelopes: self.envelopes,
+            strokes: self.strokes,
+            motion: self.motion,
+            tracks: self.recorder.map(Recorder::finish),
+            places: self.places,
+            excluded_bodies: self.bodies.excluded(),
+            told: self.bodies.told(),
+            effort,
+            across_platforms: self.bodies.across_platforms(),
+            checked_pairs: self.bodies.checked_pairs(),
+            stock_near: self.stock_bodies.near(self.bodies.behind_table()),
+            unknown_plunges,
+        };
+        (self.stock, self.patches, facts)
+    }
+
+    fn place(&mut self, block: &BlockRecord) {
+        let index = block.index as usize;
+        if self.places.len() <= index {
+            self.places.resize(index + 1, None);
+        }
+        self.places[index] = Some((block.file.clone(), block.line));
+    }
+
+    /// Tool and spindle at each piece.
+    fn states_of_pieces(&mut self, chunk: &Chunk) -> Vec<CuttingState> {
+        let mut state = self.state;
+        let states = states_of_pieces(chunk, &mut state, |event| self.apply(event));
+        debug_assert_eq!(state, self.state);
+        states
+    }
+
+    fn apply(&mut self, event: &Event) {
+        match *event {
+            Event::ToolChange { time, tool, .. } => {
+                self.tool_out(time);
+                if let Some(t) = self.tool(tool) {
+                    let order = self.uses.len();
+                    let least = self.prepared.least_overhang_mm.get(&t.name).copied();
+                    let fresh = || {
+                        let name = t.name.clone();
+                        (order, ToolUse { number: t.number, name, min_overhang_mm: least, ..ToolUse::default() })
+                    };
+                    self.uses.entry(tool.unwrap_or_default()).or_insert_with(fresh);
+                }
+            }
+            // A program that the control ends has its finding.
+            Event::End { .. } | Event::Ended { .. } => self.ended = true,
+            _ => {}
+        }
+        self.state.apply(event);
+    }
+
+    /// Books the time of the tool in the spindle until now.
+    fn tool_out(&mut self, now: f64) {
+        if let Some((_, used)) = self.state.tool.and_then(|t| self.uses.get_mut(&t)) {
+            used.time_s += now - self.in_spindle_since;
+        }
+        self.in_spindle_since = now;
+    }
+
+    /// Notes when the pieces ended; gives the history up when it has grown too large.
+    fn keep_history(&mut self, chunk: &Chunk, first_id: u32) {
+        let patches = self.patches.iter_mut().map(Patch::stock_mut);
+        let mut all: Vec<&mut TriDexel> = std::iter::once(&mut self.stock).chain(patches).collect();
+        for (i, piece) in chunk.pieces.iter().enumerate() {
+            all.iter_mut().for_each(|s| s.note_end(first_id + i as u32, piece.time[1]));
+        }
+        if all.iter().map(|s| s.history_bytes()).sum::<u64>() > HISTORY_MEMORY {
+            all.iter_mut().for_each(|s| s.drop_history());
+            let message = format!(
+                "the history of the stock was dropped: it exceeds {} MiB (leave `history` out, or use a coarser resolution_mm)",
+                HISTORY_MEMORY >> 20
+            );
+            let mut f = FindingLog::of(&finding::NOTE, message);
+            (f.block, f.time_s) = chunk.pieces.last().map_or((None, None), |p| (Some(p.block), Some(p.time[1])));
+            self.log.push(f);
+        }
+    }
+
+    fn finish_block(&mut self, block: &BlockRecord) -> Option<BlockRow> {
+        let sum = self.sums.remove(&block.index).unwrap_or_default();
+        let BlockKind::Move(kind) = block.kind else { return None };
+        let tap = sum.tool.and_then(|t| self.prepared.tools.tools.get(t));
+        if let Some(finding) = tap.and_then(|tap| tap_pitch::finding(tap, block, sum.cut_rpm)) {
+            self.log.push(finding);
+        }
+        if let Some((_, used)) = sum.tool.and_then(|t| self.uses.get_mut(&t)) {
+            used.volume_mm3 += sum.volume;
+            if kind == MoveKind::Feed {
+                used.cut_time_s += block.end_time - block.start_time;
+                used.length_mm += block.length;
+            }
+        }
+        Some(BlockRow {
+            block: block.index,
+            file: block.file.clone(),
+            line: block.line,
+            kind,
+            tool: sum.tool.map(|t| t as u32),
+            start_time: block.start_time,
+            end_time: block.end_time,
+            length: block.length,
+            feed: (kind == MoveKind::Feed).then_some(block.feed),
+            volume_mm3: sum.volume,
+            engagement_mm: sum.overlap,
+            engagement: sum.engagement,
+        })
+    }
+}
+
+/// Signals for the samples: those of the piece that holds the sample. `last` carries the piece that
+/// reaches over the end of a stretch, with its end.
+fn signals(
+    chunk: &Chunk,
+    states: &[CuttingState],
+    volumes: &[f64],
+    clearances: &[Option<f64>],
+    last: &mut (f64, SampleSignals),
+) -> Vec<SampleSignals> {
+    let of_piece = |at: usize| {
+        let piece = &chunk.pieces[at];
+        let duration = piece.time[1] - piece.time[0];
+        SampleSignals {
+            removal_rate: if duration > 0.0 { volumes[at] / duration } else { 0.0 },
+            clearance: clearances[at],
+            tool: states[at].tool.map(|t| t as u32),
+        }
+    };
+    let mut at = 0;
+    let all = chunk.samples.iter().map(|sample| {
+        while at + 1 < chunk.pieces.len() && chunk.pieces[at].time[1] < sample.time {
+            at += 1;
+        }
+        match chunk.pieces.get(at) {
+            Some(p) if p.time[0] <= sample.time && sample.time <= p.time[1] => of_piece(at),
+            _ if sample.time <= last.0 => last.1,
+            _ => SampleSignals::default(),
+        }
+    });
+    let all = all.collect();
+    if let Some(end) = chunk.pieces.last() {
+        *last = (end.time[1], of_piece(chunk.pieces.len() - 1));
+    }
+    all
+}

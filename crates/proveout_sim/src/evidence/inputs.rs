@@ -1,0 +1,104 @@
+//! The files that a run reads, and what was noticed in them.
+
+use std::path::{Path, PathBuf};
+
+use proveout_geom::{FlatTriangles, InputError, MeshFileError, TriMesh, read_mesh_and_flat};
+use serde_spanned::Spanned;
+
+use crate::{
+    scene::{Scene, mesh_unit::MeshUnitFile},
+    verdict::{
+        finding::{FLAT_TRIANGLES, Finding},
+        log::FindingLog,
+    },
+};
+
+/// Files in the order in which they are read, by role: `scene`, `machine`, `part`, `fixture vise`.
+#[derive(Debug, Default)]
+pub(crate) struct Inputs {
+    files: Vec<(String, PathBuf)>,
+    flat: Vec<FlatMesh>,
+}
+
+/// A mesh file with triangles that have no area.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FlatMesh {
+    role: String,
+    path: PathBuf,
+    flat: FlatTriangles,
+}
+
+impl Inputs {
+    /// A file that is read elsewhere.
+    pub(crate) fn push(&mut self, role: impl Into<String>, path: PathBuf) {
+        self.files.push((role.into(), path));
+    }
+
+    /// Reads the mesh that a key of the scene names, unchecked, in millimeters; gives its path as well.
+    ///
+    /// # Errors
+    /// What keeps the file from being read, with the line of the key.
+    pub(crate) fn mesh(
+        &mut self,
+        scene: &Scene,
+        role: String,
+        named: &Spanned<PathBuf>,
+        unit: Option<MeshUnitFile>,
+    ) -> Result<(TriMesh, PathBuf), InputError> {
+        let path = scene.resolve(named.get_ref());
+        let (mut mesh, flat) = read_mesh_and_flat(&path).map_err(|e| {
+            let help = match &e {
+                MeshFileError::Open { .. } => "correct the path of `mesh`, or put the file there",
+                MeshFileError::UnknownFormat { .. } => "export it as STL, OBJ or glTF",
+                MeshFileError::Content { .. } => "export it again",
+            };
+            scene.fault(named.span().start, format!("{role}: {e}"), help)
+        })?;
+        if let Some(FlatTriangles { all, .. }) = flat.filter(|_| mesh.triangles.is_empty()) {
+            let which = if all == 1 { "the only triangle" } else { &format!("each of the {all} triangles") };
+            let message = format!("{role}: {which} of {} has no area", path.display());
+            let help = "export it again: corners that became one point mean a unit or a tolerance that is too coarse";
+            return Err(scene.fault(named.span().start, message, help));
+        }
+        if let Some(unit) = unit {
+            unit.convert(&mut mesh);
+        }
+        self.flat.extend(flat.map(|flat| FlatMesh { role: role.clone(), path: named.get_ref().clone(), flat }));
+        self.files.push((role, path.clone()));
+        Ok((mesh, path))
+    }
+
+    /// Files by role, and meshes with triangles that have no area.
+    pub(crate) fn into_parts(self) -> (Vec<(String, PathBuf)>, Vec<FlatMesh>) {
+        (self.files, self.flat)
+    }
+}
+
+impl Extend<(String, PathBuf)> for Inputs {
+    fn extend<I: IntoIterator<Item = (String, PathBuf)>>(&mut self, files: I) {
+        self.files.extend(files);
+    }
+}
+
+impl FlatMesh {
+    /// The finding that reports it to a machinist.
+    pub(crate) fn finding(&self) -> Finding {
+        let Self { role, path, flat: FlatTriangles { count, all, first, at } } = self;
+        let message = format!(
+            "{role}: {count} of the {all} triangles of {} have no area, the first is number {first} at ({:.4}, {:.4}, {:.4}): they enclose nothing, and those with two equal corners are left out",
+            shown(path),
+            at.x,
+            at.y,
+            at.z
+        );
+        let mut finding = FindingLog::of(&FLAT_TRIANGLES, message);
+        finding.bodies = vec![role.strip_prefix("fixture ").unwrap_or(role).to_owned()];
+        (finding.value, finding.unit) = (Some(*count as f64), Some("triangles".into()));
+        finding
+    }
+}
+
+/// A path as the scene writes it.
+fn shown(path: &Path) -> String {
+    path.display().to_string().replace('\\', "/")
+}
