@@ -57,6 +57,8 @@ const REACH: f64 = 2.0;
 const AT_ONCE: usize = 64;
 /// Places on an edge that are asked at most: the work for a long edge of a fine stock stays bounded.
 const MOST_ON_EDGE: f64 = 1e5;
+/// Distances from the raw stock are right to this, mm.
+const ROUNDING: f64 = 1e-9;
 /// An edge goes inward where a corner of the other face lies above this one by more, mm.
 const ABOVE: f64 = 1e-9;
 
@@ -112,7 +114,7 @@ pub struct UncutFound {
 }
 
 /// The state of a place.
-enum Told {
+enum Occupancy {
     Free,
     Full,
     Unknown,
@@ -132,7 +134,7 @@ impl<'a> RawSide<'a> {
 
     fn contains(&self, p: &Point) -> bool {
         let (near, distance) = self.last.get();
-        if (p - near).norm() < distance.abs() {
+        if (p - near).norm() < distance.abs() - ROUNDING {
             return distance < 0.0;
         }
         let distance = (self.outside)(p);
@@ -198,16 +200,16 @@ impl Uncut<'_> {
         if self.region.is_some_and(|r| !r.contains(&p)) || (self.known)(&p) {
             return;
         }
-        match self.told(&p, n, raw) {
-            Told::Free => {}
+        match self.occupancy(&p, n, raw) {
+            Occupancy::Free => {}
             // In a gap of the design that is no wider than twice the height, or next to another face,
             // nothing is too high.
             _ if self.height(&p) < self.allowed => {}
-            Told::Unknown => {
+            Occupancy::Unknown => {
                 found.unknown += area;
                 found.at = found.at.or(Some(p).filter(|_| area > 0.0));
             }
-            Told::Full => {
+            Occupancy::Full => {
                 let mut best = Left { point: p, depth: self.height(&p), area };
                 let mut step = self.allowed.max(0.02);
                 let mut at = p;
@@ -215,7 +217,7 @@ impl Uncut<'_> {
                     at += n * step;
                     step *= LONGER;
                     let within = self.region.is_none_or(|r| r.contains(&at));
-                    if !within || !matches!(self.told(&at, n, raw), Told::Full) {
+                    if !within || !matches!(self.occupancy(&at, n, raw), Occupancy::Full) {
                         break;
                     }
                     let height = self.height(&at);
@@ -239,7 +241,7 @@ impl Uncut<'_> {
                 at[k / 2] += if k % 2 == 0 { step } else { -step };
                 let height = self.height(&at);
                 let within = self.region.is_none_or(|r| r.contains(&at));
-                if height > best.depth && within && matches!(self.told(&at, n, raw), Told::Full) {
+                if height > best.depth && within && matches!(self.occupancy(&at, n, raw), Occupancy::Full) {
                     best = Left { point: at, depth: height, ..best };
                     higher = true;
                 }
@@ -274,18 +276,18 @@ impl Uncut<'_> {
     }
 
     /// What is known of a place over a face with the normal n.
-    fn told(&self, p: &Point, n: &Vector, raw: Option<&RawSide<'_>>) -> Told {
+    fn occupancy(&self, p: &Point, n: &Vector, raw: Option<&RawSide<'_>>) -> Occupancy {
         if raw.is_some_and(|raw| !raw.contains(p)) || !self.watchers.iter().any(|w| w.stock.bounds().contains(p)) {
-            return Told::Free;
+            return Occupancy::Free;
         }
         let cleared = |s: &SweptBodies| {
             let likely = self.made_near(p, n).is_some_and(|piece| s.reaches(piece, p, self.film));
             likely || s.last_to_reach(p, self.film).is_some()
         };
         if self.sweeps.is_some_and(cleared) {
-            return Told::Free;
+            return Occupancy::Free;
         }
-        if self.sweeps.is_some() && self.raw.is_some() && !self.fallen { Told::Full } else { self.by_rays(p) }
+        if self.sweeps.is_some() && self.raw.is_some() && !self.fallen { Occupancy::Full } else { self.by_rays(p) }
     }
 
     /// The piece of motion that made the surface next to a place, on the ray that meets it most squarely: most likely it cleared the place.
@@ -299,8 +301,8 @@ impl Uncut<'_> {
     }
 
     /// The nearest point of a ray that lies outside of the design in sight of a place.
-    fn by_rays(&self, p: &Point) -> Told {
-        let Some(watcher) = watcher(self.watchers, p) else { return Told::Unknown };
+    fn by_rays(&self, p: &Point) -> Occupancy {
+        let Some(watcher) = watcher(self.watchers, p) else { return Occupancy::Unknown };
         let stock = watcher.stock;
         let mut nearest: Option<(f64, bool)> = None;
         for axis in 0..3 {
@@ -315,9 +317,9 @@ impl Uncut<'_> {
             }
         }
         match nearest {
-            None => Told::Unknown,
-            Some((_, true)) => Told::Full,
-            Some((_, false)) => Told::Free,
+            None => Occupancy::Unknown,
+            Some((_, true)) => Occupancy::Full,
+            Some((_, false)) => Occupancy::Free,
         }
     }
 }
@@ -369,4 +371,40 @@ fn edges(mesh: &TriMesh) -> Vec<Edge> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    /// A walk in small steps through a ball: every answer is that of the ball itself, and few of them ask for it.
+    #[test]
+    fn places_near_each_other_ask_the_raw_stock_once() {
+        let asked = AtomicUsize::new(0);
+        let outside = |p: &Point| {
+            asked.fetch_add(1, Ordering::Relaxed);
+            p.coords.norm() - 5.0
+        };
+        let side = RawSide { outside: &outside, last: Cell::new((Point::origin(), 0.0)) };
+        let mut inside = 0;
+        for k in 0..10_000 {
+            let t = f64::from(k) * 1e-3;
+            let p = Point::new(7.0 * (0.7 * t).sin(), 6.0 * (1.1 * t).cos(), 2.0 * (2.3 * t).sin());
+            assert_eq!(side.contains(&p), p.coords.norm() < 5.0, "{p}");
+            inside += usize::from(side.contains(&p));
+        }
+        assert!((2_000..8_000).contains(&inside), "{inside}");
+        assert!(asked.load(Ordering::Relaxed) < 2_000, "{asked:?}");
+    }
+
+    /// A mesh that gives no distance for a place holds nothing there, and says nothing about the next place.
+    #[test]
+    fn an_unknown_distance_says_nothing_about_places_nearby() {
+        let outside = |p: &Point| if p.x < 0.0 { f64::NAN } else { -1.0 };
+        let side = RawSide { outside: &outside, last: Cell::new((Point::origin(), 0.0)) };
+        assert!(!side.contains(&Point::new(-1e-3, 0.0, 0.0)));
+        assert!(side.contains(&Point::new(1e-3, 0.0, 0.0)));
+    }
 }
