@@ -38,8 +38,8 @@ impl RawShape {
         Some(Self::Mesh(Box::new(DesignMesh::new(&mesh).ok()?)))
     }
 
-    /// How far a place lay outside of it, mm, negative inside: never more than its distance from the skin. Not a number where a mesh
-    /// gives none.
+    /// How far a place lay outside of it, mm, negative inside: never more than its distance from the skin.
+    /// Not a number where a mesh gives none.
     pub(crate) fn outside(&self, p: &Point) -> f64 {
         match self {
             Self::Block(b) => (0..3).map(|k| (b.min[k] - p[k]).max(p[k] - b.max[k])).fold(f64::NEG_INFINITY, f64::max),
@@ -57,8 +57,8 @@ impl RawShape {
 mod tests {
     use super::*;
 
-    /// Places on a lattice round a block and a bar: the sign says which lie inside, and no two places differ by more than they are apart, so
-    /// that the value is never more than the distance from the skin.
+    /// Places on a lattice round a block and a bar: the sign says which lie inside, and no two places differ
+    /// by more than they are apart, so that the value is never more than the distance from the skin.
     #[test]
     fn the_distance_outside_has_the_right_sign_and_is_never_too_large() {
         let block = Aabb { min: Point::new(-3.0, -2.0, 0.0), max: Point::new(4.0, 2.0, 1.0) };

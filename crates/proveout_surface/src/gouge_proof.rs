@@ -146,7 +146,8 @@ struct Aspect {
     outside: Cell<Option<bool>>,
 }
 
-/// The middle of a box: where the surface of the design is from there, looked up once and only when it is asked for.
+/// The middle of a box: where the surface of the design is from there, looked up once and only when it is
+/// asked for.
 struct Middle<'a> {
     tree: &'a DesignMesh,
     point: Point,
@@ -514,8 +515,9 @@ impl Search<'_> {
         known
     }
 
-    /// Whether a shift of `limit` or less proves that a piece is nowhere deeper in the box; `highest` has the highest point of the
-    /// box along each direction, and `likely` is the number of the direction that is tried first.
+    /// Whether a shift of `limit` or less proves that a piece is nowhere deeper in the box; `highest` has the
+    /// highest point of the box along each direction, and `likely` is the number of the direction that is
+    /// tried first.
     fn moves_out(
         &self,
         item: SweepItem,

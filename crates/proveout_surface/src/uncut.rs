@@ -70,8 +70,8 @@ pub struct Uncut<'a> {
     pub tree: &'a DesignMesh,
     /// What was swept; none where the motion is not known.
     pub sweeps: Option<&'a SweptBodies>,
-    /// How far a place lay outside of the raw stock, mm, negative inside, and never more than its distance from the skin; none
-    /// where the raw stock is known on rays alone.
+    /// How far a place lay outside of the raw stock, mm, negative inside, and never more than its distance
+    /// from the skin; none where the raw stock is known on rays alone.
     pub raw: Option<&'a (dyn Fn(&Point) -> f64 + Sync)>,
     /// The rays.
     pub watchers: &'a [Watcher<'a>],
@@ -120,7 +120,8 @@ enum Occupancy {
     Unknown,
 }
 
-/// The raw stock, asked at places near each other: within the distance of the last place from the skin the side stays the same.
+/// The raw stock, asked at places near each other: within the distance of the last place from the skin the
+/// side stays the same.
 struct RawSide<'a> {
     outside: &'a (dyn Fn(&Point) -> f64 + Sync),
     last: Cell<(Point, f64)>,
@@ -379,7 +380,8 @@ mod tests {
 
     use super::*;
 
-    /// A walk in small steps through a ball: every answer is that of the ball itself, and few of them ask for it.
+    /// A walk in small steps through a ball: every answer is that of the ball itself, and few of them ask for
+    /// it.
     #[test]
     fn places_near_each_other_ask_the_raw_stock_once() {
         let asked = AtomicUsize::new(0);

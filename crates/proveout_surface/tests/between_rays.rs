@@ -330,8 +330,8 @@ fn slots_chamfers_and_cavities_left_full_are_found_and_milled_ones_are_not() {
     }
 }
 
-/// A bound of a group holds for each of its members, along any direction, for cutters that turn, groups near and far from the axis
-/// included; of a ball whose axis swings it is no wider than the ways of its center.
+/// A bound of a group holds for each of its members, along any direction, for cutters that turn, groups near
+/// and far from the axis included; of a ball whose axis swings it is no wider than the ways of its center.
 #[test]
 fn a_group_of_moves_reaches_no_farther_than_its_bound_and_a_ball_is_bounded_by_its_center() {
     let mut numbers = Numbers(0x0b0b_1e5e_1ea5_7001);
