@@ -148,12 +148,12 @@ fn a_chord_error_beyond_the_tolerance_leaves_the_gates_unchecked_and_the_limit_i
         let (state, reason) = gate(&v, name);
         assert_eq!(state, State::Unchecked, "{name}: {reason}");
         assert!(reason.contains("accurate to 0.6 mm") && reason.contains("is 0.01 mm"), "{reason}");
-        assert!(reason.contains("at most 0.610"), "the limit that was used: {reason}");
+        assert!(reason.contains("limit 0.610"), "the limit that was used: {reason}");
     }
     let v = shop.run(BLOCK, 0.5, 0.002, "G0 X-20. Y0.\nZ0.\nG1 X20. F800.\n");
     let (state, reason) = gate(&v, "gouge");
     assert_eq!(state, State::Pass, "{reason}");
-    assert!(reason.contains("gouge at most 0.012") && reason.contains("0.01 mm allowed"), "{reason}");
+    assert!(reason.contains("gouge limit 0.012") && reason.contains("0.01 mm allowed"), "{reason}");
     let v = shop.run(BLOCK, 0.5, 0.002, cut);
     assert_eq!(gate(&v, "gouge").0, State::Fail);
 }

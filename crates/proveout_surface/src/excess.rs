@@ -57,6 +57,8 @@ const REACH: f64 = 2.0;
 const AT_ONCE: usize = 64;
 /// Places on an edge that are asked at most: the work for a long edge of a fine stock stays bounded.
 const MOST_ON_EDGE: f64 = 1e5;
+/// Distances from the raw stock are right to this, mm.
+const ROUNDING: f64 = 1e-9;
 /// An edge goes inward where a corner of the other face lies above this one by more, mm.
 const ABOVE: f64 = 1e-9;
 
@@ -68,8 +70,8 @@ pub struct Uncut<'a> {
     pub tree: &'a DesignMesh,
     /// What was swept; none where the motion is not known.
     pub sweeps: Option<&'a SweptBodies>,
-    /// How far a place lay outside of the raw stock, mm, negative inside, and never more than its distance from the skin; none
-    /// where the raw stock is known on rays alone.
+    /// How far a place lay outside of the raw stock, mm, negative inside, and never more than its distance
+    /// from the skin; none where the raw stock is known on rays alone.
     pub raw: Option<&'a (dyn Fn(&Point) -> f64 + Sync)>,
     /// The rays.
     pub watchers: &'a [Watcher<'a>],
@@ -118,7 +120,8 @@ enum Occupancy {
     Unknown,
 }
 
-/// The raw stock, asked at places near each other: within the distance of the last place from the skin the side stays the same.
+/// The raw stock, asked at places near each other: within the distance of the last place from the skin the
+/// side stays the same.
 struct RawSide<'a> {
     outside: &'a (dyn Fn(&Point) -> f64 + Sync),
     last: Cell<(Point, f64)>,
@@ -132,7 +135,7 @@ impl<'a> RawSide<'a> {
 
     fn contains(&self, p: &Point) -> bool {
         let (near, distance) = self.last.get();
-        if (p - near).norm() < distance.abs() {
+        if (p - near).norm() < distance.abs() - ROUNDING {
             return distance < 0.0;
         }
         let distance = (self.outside)(p);
@@ -376,4 +379,41 @@ fn edges(mesh: &TriMesh) -> Vec<BentEdge> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+
+    /// A walk in small steps through a ball: every answer is that of the ball itself, and few of them ask for
+    /// it.
+    #[test]
+    fn places_near_each_other_ask_the_raw_stock_once() {
+        let asked = AtomicUsize::new(0);
+        let outside = |p: &Point| {
+            asked.fetch_add(1, Ordering::Relaxed);
+            p.coords.norm() - 5.0
+        };
+        let side = RawSide { outside: &outside, last: Cell::new((Point::origin(), 0.0)) };
+        let mut inside = 0;
+        for k in 0..10_000 {
+            let t = f64::from(k) * 1e-3;
+            let p = Point::new(7.0 * (0.7 * t).sin(), 6.0 * (1.1 * t).cos(), 2.0 * (2.3 * t).sin());
+            assert_eq!(side.contains(&p), p.coords.norm() < 5.0, "{p}");
+            inside += usize::from(side.contains(&p));
+        }
+        assert!((2_000..8_000).contains(&inside), "{inside}");
+        assert!(asked.load(Ordering::Relaxed) < 2_000, "{asked:?}");
+    }
+
+    /// A mesh that gives no distance for a place holds nothing there, and says nothing about the next place.
+    #[test]
+    fn an_unknown_distance_says_nothing_about_places_nearby() {
+        let outside = |p: &Point| if p.x < 0.0 { f64::NAN } else { -1.0 };
+        let side = RawSide { outside: &outside, last: Cell::new((Point::origin(), 0.0)) };
+        assert!(!side.contains(&Point::new(-1e-3, 0.0, 0.0)));
+        assert!(side.contains(&Point::new(1e-3, 0.0, 0.0)));
+    }
 }

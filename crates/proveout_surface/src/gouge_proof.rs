@@ -30,13 +30,13 @@
 //! deep than the allowed depth is reported. Boxes that stay undecided (the search took too long) are
 //! reported with place and size.
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 use rayon::prelude::*;
 
 use crate::{
-    DesignMesh, DesignSurface,
+    DesignMesh, DesignSurface, Nearest,
     topography::{SweepItem, SweptBodies},
     worst_place::Worst,
 };
@@ -146,6 +146,29 @@ struct Aspect {
     outside: Cell<Option<bool>>,
 }
 
+/// The middle of a box: where the surface of the design is from there, looked up once and only when it is
+/// asked for.
+struct Middle<'a> {
+    tree: &'a DesignMesh,
+    point: Point,
+    nearest: OnceCell<Option<Nearest>>,
+}
+
+impl<'a> Middle<'a> {
+    fn of(tree: &'a DesignMesh, bounds: &Aabb) -> Self {
+        Self { tree, point: bounds.center(), nearest: OnceCell::new() }
+    }
+
+    fn nearest(&self) -> Option<&Nearest> {
+        self.nearest.get_or_init(|| self.tree.nearest(&self.point, f64::INFINITY)).as_ref()
+    }
+
+    /// Depth in the design, mm.
+    fn depth(&self) -> Option<f64> {
+        self.nearest().map(|n| -n.distance)
+    }
+}
+
 /// Decides it.
 pub fn overcuts(on: &Overcut<'_>) -> Overcuts {
     let mut out = Overcuts::default();
@@ -229,10 +252,12 @@ fn corner(bounds: &Aabb, n: &Vector) -> Point {
 impl GougeSearch<'_> {
     /// The blocks in which some piece is not moved out, in order.
     fn blocks(&self, mut place: ProofBox, parallel: u32) -> Vec<ProofBox> {
-        if self.is_shallow(&place.bounds, self.limit) {
+        let middle = Middle::of(self.on.tree, &place.bounds);
+        // No point of the box is deeper than the limit.
+        if middle.depth().unwrap_or(f64::NEG_INFINITY) + 0.5 * place.bounds.size().norm() < self.limit {
             return Vec::new();
         }
-        self.drop_cleared(&mut place, self.limit);
+        self.drop_cleared(&mut place, &middle, self.limit);
         if place.items.is_empty() {
             return Vec::new();
         }
@@ -318,19 +343,20 @@ impl GougeSearch<'_> {
     fn search(&self, mut place: ProofBox, out: &mut BlockResult) {
         out.boxes += 1;
         let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + DEEP[0]) + DEEP[1]).max(self.limit));
-        let (center, half) = (place.bounds.center(), 0.5 * place.bounds.size().norm());
-        self.drop_cleared(&mut place, limit);
+        let middle = Middle::of(self.on.tree, &place.bounds);
+        let (center, half) = (middle.point, 0.5 * place.bounds.size().norm());
+        self.drop_cleared(&mut place, &middle, limit);
         if place.items.is_empty() {
             return;
         }
-        let Some(depth) = self.on.tree.signed_distance(&center).map(|d| -d) else { return };
+        let Some(depth) = middle.depth() else { return };
         if depth + half < limit {
             return;
         }
         let mut deep = depth > self.on.allowed.max(out.best.map_or(0.0, |b| b.depth));
         let (sweeps, widened) = (self.on.sweeps, place.bounds.expanded(limit));
         let smallest = half < 0.2 * self.on.grain;
-        let corners = std::cell::OnceCell::new();
+        let corners = OnceCell::new();
         let faces = &place.faces;
         let kept = place.items.iter().copied().filter(|item| {
             let error = sweeps.distance_error(*item);
@@ -389,14 +415,8 @@ impl GougeSearch<'_> {
         self.on.tree.signed_distance(p).is_some_and(|d| d >= 0.0)
     }
 
-    /// Whether no point of a box is deeper than the limit.
-    fn is_shallow(&self, bounds: &Aabb, limit: f64) -> bool {
-        let depth = self.on.tree.signed_distance(&bounds.center()).map_or(f64::NEG_INFINITY, |d| -d);
-        depth + 0.5 * bounds.size().norm() < limit
-    }
-
     /// Leaves in a box what is near and is not moved out by `limit`.
-    fn drop_cleared(&self, place: &mut ProofBox, limit: f64) {
+    fn drop_cleared(&self, place: &mut ProofBox, middle: &Middle<'_>, limit: f64) {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds);
         place.items.retain(|i| sweeps.bounds(*i).intersects(&bounds));
         if place.items.is_empty() {
@@ -407,16 +427,18 @@ impl GougeSearch<'_> {
         let few = place.faces.len() <= MOST_FACES;
         let mut aspects = if few { self.aspects(&place.faces, &widened) } else { Vec::new() };
         if aspects.is_empty() {
-            aspects.extend(self.toward_surface(&bounds));
+            aspects.extend(toward_surface(middle));
         }
         let highest: Vec<f64> = aspects.iter().map(|a| corner(&bounds, &a.normal).coords.dot(&a.normal)).collect();
         let size = bounds.size().max();
+        // The direction that was enough for the last piece mostly is for the next.
+        let mut likely = 0;
         let mut left = Vec::new();
         let mut asked: Vec<SweepItem> = std::mem::take(&mut place.items);
         asked.reverse();
         while let Some(item) = asked.pop() {
             let is_out = !sweeps.bounds(item).intersects(&bounds)
-                || self.moves_out(item, &bounds, &aspects, &highest, limit)
+                || self.moves_out(item, &bounds, (&aspects, &highest), &mut likely, limit)
                 || self.is_separated(item, &bounds);
             if is_out {
                 continue;
@@ -487,34 +509,31 @@ impl GougeSearch<'_> {
         toward.is_some_and(|n| corner(bounds, &n).coords.dot(&n) < self.on.sweeps.least(item, &n))
     }
 
-    /// The direction from a box without faces to the surface: pieces on the other side do not reach into the box.
-    fn toward_surface(&self, bounds: &Aabb) -> Option<Aspect> {
-        let center = bounds.center();
-        let near = self.on.tree.nearest(&center, f64::INFINITY)?;
-        Some(Aspect {
-            normal: near.normal,
-            top: f64::INFINITY,
-            own: f64::NEG_INFINITY,
-            corner: center,
-            outside: Cell::new(None),
-        })
-    }
-
     fn is_above(&self, aspect: &Aspect) -> bool {
         let known = aspect.outside.get().unwrap_or_else(|| self.is_outside(&aspect.corner));
         aspect.outside.set(Some(known));
         known
     }
 
-    /// Whether a shift of `limit` or less proves that a piece is nowhere deeper in the box; `highest` has the highest point of the
-    /// box along each direction.
-    fn moves_out(&self, item: SweepItem, bounds: &Aabb, aspects: &[Aspect], highest: &[f64], limit: f64) -> bool {
+    /// Whether a shift of `limit` or less proves that a piece is nowhere deeper in the box; `highest` has the
+    /// highest point of the box along each direction, and `likely` is the number of the direction that is
+    /// tried first.
+    fn moves_out(
+        &self,
+        item: SweepItem,
+        bounds: &Aabb,
+        (aspects, highest): (&[Aspect], &[f64]),
+        likely: &mut usize,
+        limit: f64,
+    ) -> bool {
         let mut least = [0.0; 4 * ASPECTS];
-        for ((aspect, highest), least) in aspects.iter().zip(highest).zip(&mut least) {
-            *least = self.on.sweeps.least(item, &aspect.normal);
-            let level = *least + limit;
+        let first = (*likely).min(aspects.len());
+        for k in (first..aspects.len()).chain(0..first) {
+            let aspect = &aspects[k];
+            least[k] = self.on.sweeps.least(item, &aspect.normal);
             // It does not reach into the box at all, or all faces lie below it.
-            if highest < least || aspect.top <= level && self.is_above(aspect) {
+            if highest[k] < least[k] || aspect.top <= least[k] + limit && self.is_above(aspect) {
+                *likely = k;
                 return true;
             }
         }
@@ -530,6 +549,18 @@ impl GougeSearch<'_> {
         asked.iter().zip(least).all(|((n, _), least)| n.dot(&top.coords) > least + n.dot(&shift))
             && self.is_outside(&top)
     }
+}
+
+/// The direction from a box without faces to the surface: pieces on the other side do not reach into the box.
+fn toward_surface(middle: &Middle<'_>) -> Option<Aspect> {
+    let near = middle.nearest()?;
+    Some(Aspect {
+        normal: near.normal,
+        top: f64::INFINITY,
+        own: f64::NEG_INFINITY,
+        corner: middle.point,
+        outside: Cell::new(None),
+    })
 }
 
 /// The shortest shift d with `n . d >= g` for all pairs of a unit direction n and a length g: the one that is bound by the fewest of them, by

@@ -329,3 +329,51 @@ fn slots_chamfers_and_cavities_left_full_are_found_and_milled_ones_are_not() {
         }
     }
 }
+
+/// A bound of a group holds for each of its members, along any direction, for cutters that turn, groups near
+/// and far from the axis included; of a ball whose axis swings it is no wider than the ways of its center.
+#[test]
+fn a_group_of_moves_reaches_no_farther_than_its_bound_and_a_ball_is_bounded_by_its_center() {
+    let mut numbers = Numbers(0x0b0b_1e5e_1ea5_7001);
+    let mut tighter = 0;
+    for case in 0..60 {
+        let ball = case % 2 == 0;
+        let tool = if ball { Cutter::ball(8.0) } else { Cutter::bull_nose(10.0, 1.5) };
+        let tool = tool.unwrap().bodies(40.0).unwrap();
+        let lean = numbers.within(0.0, 0.6);
+        let pose = |k: usize| {
+            let angle = lean * (0.37 * k as f64).sin();
+            let axis = Vector::new(angle.sin(), 0.0, angle.cos());
+            // The center of the ball runs along X; of the others the tip does.
+            let up = if ball { 4.0 } else { 0.0 };
+            ToolPose { tip: Point::new(0.05 * k as f64, 0.0, 0.0) - axis * up, axis }
+        };
+        let pieces: Vec<PathPiece> =
+            (0..200).map(|k| PathPiece { from: pose(k), to: pose(k + 1), cutter: Some(0) }).collect();
+        let everywhere = Aabb { min: Point::new(-1e3, -1e3, -1e3), max: Point::new(1e3, 1e3, 1e3) };
+        let sweeps = SweptBodies::new(&pieces, &[tool], &everywhere, &|_| false);
+        let mut open: Vec<_> = sweeps.root().into_iter().collect();
+        while let Some(item) = open.pop() {
+            let members: Vec<_> = sweeps.members(item).collect();
+            for _ in 0..4 {
+                let near_axis = numbers.within(0.0, 1.0) < 0.3;
+                let aside = if near_axis { 1e-3 } else { 1.0 };
+                let n = Vector::new(aside * numbers.within(-1.0, 1.0), aside * numbers.within(-1.0, 1.0), 1.0)
+                    .normalize()
+                    * numbers.within(-1.0, 1.0).signum();
+                let bound = sweeps.least(item, &n);
+                let lowest = members.iter().map(|m| sweeps.least(*m, &n)).fold(f64::INFINITY, f64::min);
+                assert!(bound <= lowest + 1e-9, "{case}: {n} {bound} {lowest}");
+                if ball && !item.is_single() {
+                    let of_box = {
+                        let b = sweeps.bounds(item);
+                        (0..3).map(|k| n[k] * if n[k] > 0.0 { b.min[k] } else { b.max[k] }).sum::<f64>()
+                    };
+                    tighter += usize::from(bound > of_box + 0.1);
+                }
+            }
+            open.extend(members);
+        }
+    }
+    assert!(tighter > 500, "{tighter}");
+}

@@ -270,10 +270,10 @@ fn against_stock(facts: &Facts, near_mm: f64) -> String {
 /// The limit that was used, and what it is made of.
 fn limit_in_words(word: &str, tolerance: f64, used: f64) -> String {
     if used <= tolerance {
-        return format!("{word} at most {tolerance} mm");
+        return format!("{word} limit {tolerance} mm");
     }
     let more = used - tolerance;
-    format!("{word} at most {used:.4} mm: {tolerance} mm allowed, {more:.4} mm resolution of design and cells")
+    format!("{word} limit {used:.4} mm: {tolerance} mm allowed plus {more:.4} mm resolution of design and cells")
 }
 
 /// A design that is known less well than the tolerance asks.

@@ -41,8 +41,8 @@ impl RawShape {
         Some(Self::Mesh(Box::new(DesignMesh::new(&mesh).ok()?)))
     }
 
-    /// How far a place lay outside of it, mm, negative inside: never more than its distance from the skin. Not a number where a mesh
-    /// gives none.
+    /// How far a place lay outside of it, mm, negative inside: never more than its distance from the skin.
+    /// Not a number where a mesh gives none.
     pub(crate) fn outside(&self, p: &Point) -> f64 {
         match self {
             Self::Block(b) => (0..3).map(|k| (b.min[k] - p[k]).max(p[k] - b.max[k])).fold(f64::NEG_INFINITY, f64::max),
@@ -52,6 +52,36 @@ impl RawShape {
                 (-along).max(along - length).max((q - axis * along).norm() - radius)
             }
             Self::Mesh(mesh) => mesh.signed_distance(p).unwrap_or(f64::NAN),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Places on a lattice round a block and a bar: the sign says which lie inside, and no two places differ
+    /// by more than they are apart, so that the value is never more than the distance from the skin.
+    #[test]
+    fn the_distance_outside_has_the_right_sign_and_is_never_too_large() {
+        let block = Aabb { min: Point::new(-3.0, -2.0, 0.0), max: Point::new(4.0, 2.0, 1.0) };
+        let bar = RawShape::Bar { base: Point::new(1.0, 0.0, -1.0), axis: Vector::z(), radius: 2.5, length: 4.0 };
+        let in_block = |p: &Point| p.x > -3.0 && p.x < 4.0 && p.y.abs() < 2.0 && p.z > 0.0 && p.z < 1.0;
+        let in_bar = |p: &Point| (p.x - 1.0).hypot(p.y) < 2.5 && p.z > -1.0 && p.z < 3.0;
+        for (shape, is_block) in [(RawShape::Block(block), true), (bar, false)] {
+            let lattice = (0..12_usize.pow(3)).map(|k| {
+                let at = |i: usize| -6.05 + 1.13 * i as f64;
+                Point::new(at(k % 12), at(k / 12 % 12), at(k / 144))
+            });
+            let places: Vec<(Point, f64)> = lattice.map(|p| (p, shape.outside(&p))).collect();
+            assert!(places.iter().any(|p| p.1 < 0.0));
+            for (i, (p, value)) in places.iter().enumerate() {
+                let is_inside = if is_block { in_block(p) } else { in_bar(p) };
+                assert_eq!(*value < 0.0, is_inside, "{p}");
+                for (q, other) in places.iter().skip(i + 1).step_by(97) {
+                    assert!((value - other).abs() <= (p - q).norm() + 1e-12, "{p} {q}");
+                }
+            }
         }
     }
 }

@@ -242,8 +242,9 @@ impl DepthSearch<'_, '_> {
         Some(reaching.into_iter().map(|r| r.1).collect())
     }
 
-    /// About the least value of a cut at the center of a cube; none where it does not reach into the cube. Where the cut takes up
-    /// the whole ball round the cube, the value says so; else it is searched only as far as these answers ask.
+    /// About the least value of a cut at the center of a cube; none where it does not reach into the cube.
+    /// Where the cut takes up the whole ball round the cube, the value says so; else it is searched only as
+    /// far as these answers ask.
     fn depth_of_cut(&mut self, k: u32, cube: &Cube) -> Option<f64> {
         let cut = &self.store.cuts[k as usize];
         let bodies = &self.store.sets[cut.set as usize];

@@ -89,14 +89,14 @@ impl ConvexBody {
         Self { outline: CutterOutline::new(profile), reach, pivot: arc.unwrap_or(0.0) }
     }
 
-    /// How far the body reaches from its pivot along a direction; `across` and `along` are sine and cosine of its angle
-    /// to the axis.
+    /// How far the body reaches from its pivot along a direction; `across` and `along` are sine and cosine of
+    /// its angle to the axis.
     fn about_pivot(&self, [across, along]: [f64; 2]) -> f64 {
         self.outline.support(across, along) - self.pivot * along
     }
 
-    /// The largest of these within an angle of at most the lean of a group; infinite for wide ones. The ends of the range
-    /// come from the sums of angles, so that no angle is taken.
+    /// The largest of these within an angle of at most the lean of a group; infinite for wide ones. The ends
+    /// of the range come from the sums of angles, so that no angle is taken.
     fn about_pivot_within(&self, along: f64, lean: &Lean) -> f64 {
         let across = (1.0 - along * along).max(0.0).sqrt();
         if lean.angle <= 0.0 {
