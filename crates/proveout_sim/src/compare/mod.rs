@@ -17,7 +17,6 @@
 //! | `certificate/` | bounds on the time of any schedule |
 //! | `remade.rs` | a program made again, with its certificate |
 //! | `schedule.rs` | a re-scheduled program beside its source |
-//! | `study.rs` | curves and numbers that a method shows of its work |
 
 pub mod certificate;
 mod choices;
@@ -30,7 +29,6 @@ pub(crate) mod remade;
 mod result;
 pub mod schedule;
 mod sphere;
-pub(crate) mod study;
 mod surface;
 mod uncertainty;
 mod unrolled;
@@ -62,12 +60,15 @@ pub use self::{
 use crate::{
     compare::{
         certificate::{blocks_of, certify, gain_curves},
-        schedule::{Motions, Schedule, ScheduleBound},
+        schedule::Motions,
     },
-    observe::surface_map::SurfaceMap,
+    judge::design::deviation_on,
+    observe::{
+        schedule_rows::{Schedule, ScheduleBound},
+        surface_map::SurfaceMap,
+    },
     prepare::{
         choice::Choice,
-        design::deviation_on,
         error::SimError,
         motion_only::{Motion, MotionCase},
         part_shape::Shape,
