@@ -15,8 +15,20 @@
 //! | file | what it does |
 //! |---|---|
 //! | `certificate/` | bounds on the time of any schedule |
+//! | `choices.rs` | published values over what the experiment leaves open |
+//! | `depth.rs` | the depth of cut along lines |
+//! | `finish.rs` | the results of all programs put together |
+//! | `judge.rs` | published values and criteria against what was measured |
+//! | `markdown.rs` | a comparison as a section of a page |
+//! | `pictures.rs` | curves and meshes for the page |
 //! | `remade.rs` | a program made again, with its certificate |
-//! | `schedule.rs` | a re-scheduled program beside its source |
+//! | `result.rs` | `compare.json` |
+//! | `schedule.rs` | a re-scheduled program compared with its source |
+//! | `sphere.rs` | tool axes on the Gauss sphere |
+//! | `surface.rs` | scallop, and cut parts compared with each other |
+//! | `uncertainty.rs` | the error of a gain |
+//! | `unrolled.rs` | the side of a blade laid flat |
+//! | `variation.rs` | the twin with one parameter changed |
 
 pub mod certificate;
 mod choices;

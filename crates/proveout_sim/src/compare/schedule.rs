@@ -18,7 +18,7 @@ use crate::{
         certificate::{RunCertificate, blocks_of, certify},
         study_of,
     },
-    observe::study::{Role, StudyCurve, StudyFigure},
+    observe::study::StudyCurve,
     prepare::{
         error::SimError,
         motion_only::{FeedBlock, Motion, MotionCase},

@@ -1,5 +1,5 @@
 //! The prove-out of one stretch of motion: the stock is swept, bodies are checked against bodies and stock,
-//! parts that come off are followed. What it finds goes into the log, what it measures into the facts of the run.
+//! detached parts are followed. What it finds goes into the log, what it measures into the facts of the run.
 //!
 //! | file | what it does |
 //! |---|---|

@@ -22,7 +22,6 @@ use crate::{
         surface_texture::SurfaceTexture,
     },
     prepare::{error::SimError, prepared::Prepared},
-    run::partial,
     units::N_M_PER_N_MM,
     verdict::{
         finding::{self, Finding, Severity},

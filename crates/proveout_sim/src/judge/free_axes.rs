@@ -18,10 +18,10 @@
 //! A place counts as touched when the ball is no farther off the design than the excess that the
 //! scene allows.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
-use proveout_collision::{Obstacle, OrientationMap, OrientationSettings, OrientationSpace, SurfaceContact};
-use proveout_geom::{Point, TriMesh, Vector};
+use proveout_collision::{Obstacle, OrientationSettings, OrientationSpace, SurfaceContact};
+use proveout_geom::{TriMesh, Vector};
 use rayon::prelude::*;
 
 use crate::{

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use proveout_collision::{OrientationMap, OrientationSettings};
 use proveout_geom::{Point, Vector};
-use rayon::prelude::*;
 
 /// What was found.
 #[derive(Clone, Debug)]

@@ -33,7 +33,6 @@ use crate::{
     scene::{
         DynamicsFile, PlantFile, ProgramFile, Scene, joint_limits::limit_joints, mesh_unit, stock::resolution_fault,
     },
-    setup::preflight,
 };
 
 impl Prepared {

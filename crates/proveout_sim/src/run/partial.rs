@@ -13,8 +13,6 @@ use crate::{
     prepare::prepared::Prepared,
     verdict::{
         finding::{Finding, Severity},
-        gates::Coverage,
-        partial_run::leave_out,
         verdict_file,
     },
 };

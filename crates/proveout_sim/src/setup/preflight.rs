@@ -1,7 +1,7 @@
 //! What can be known of a run before anything moves: causes of the findings that would follow, the most likely one first, each with the line
 //! that would mend it.
 //!
-//! One reading pass follows the tool (`first_part::trace`); nothing is planned and nothing is cut. A cause is a hint: the run decides. What is
+//! One reading pass follows the tool (`program_trace`); nothing is planned and nothing is cut. A cause is a hint: the run decides. What is
 //! missing altogether (work offsets, tools, subprograms) is refused before, by the survey of the program, all of it at once.
 
 use std::path::Path;
@@ -15,7 +15,6 @@ use crate::{
         control_settings::length_active_after_change,
         prepared::Prepared,
         program_extent::{MachineMove, NO_TURN, Reading, ToolUse, at_start, reading},
-        program_trace::setup,
     },
     setup::{
         causes::{lines, never_changed, outside_travel},

@@ -7,6 +7,9 @@
 //!                                   └──► observers, verdict, judgement of ra_um and rz_um
 //! ```
 //!
+//! `Plan` lies in `prepare/texture_plan.rs`, `Recorder` in `cut/texture_motion.rs`, `SurfaceTexture` in
+//! `observe/surface_texture.rs`; what is here runs after the motion.
+//!
 //! Heights come from [`proveout_surface::topography`], exact for the pieces of motion; parameters
 //! from [`proveout_surface::texture`]. What a value depends on is given with it. What could not be
 //! evaluated is named, and then Ra and Rz are unchecked.
@@ -17,26 +20,5 @@ mod evaluate;
 mod roughness;
 mod toothless;
 
-use std::sync::Arc;
-
-use proveout_geom::{Point, Step::Key, TriMesh, Vector, blade::FOOT_ERROR_MM};
-use proveout_surface::{
-    DesignMesh, DesignSurface,
-    texture::{Profile, SettingClass},
-};
-use proveout_tool::ToolLibrary;
-
 pub(crate) use evaluate::evaluate;
 pub(crate) use roughness::judge;
-
-use crate::{
-    prepare::{
-        error::SimError,
-        part_shape::{Shape, flank},
-        texture_places::{Ground, Place, Refused},
-        texture_plan::Area,
-    },
-    scene::{ProfileDirectionFile, Scene, SurfaceFile, surface::Middle},
-    units::MM_PER_UM,
-};
-

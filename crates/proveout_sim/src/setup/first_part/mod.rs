@@ -2,7 +2,7 @@
 //! with scene, tools and README.
 //!
 //! [`propose`] reads the programs with the control of the call, the machine, or the one that their
-//! text names. It follows where they take their tools (`trace`), looks for unit, stock and tools in
+//! text names. It follows where they take their tools (`program_trace`), looks for unit, stock and tools in
 //! headers and comments (`facts`), proposes stock and mounting (`place`), and asks for the rest
 //! (`interview`). Values that were chosen rather than given are marked so in the files (`writing`).
 //! Nothing is written here: [`Proposal::write`] does, into a folder that does not exist yet, moved
@@ -49,11 +49,11 @@ use self::workholding::{Workholding, workholding};
 use self::zeros::{offsets, own_mount, stated_mount};
 use crate::prepare::{
     control_file::{control_of, settings_on},
-    control_settings::{length_active_after_change, length_in_machine_coordinates},
+    control_settings::length_active_after_change,
     error::SimError,
     machine_data::with_machine,
     program_extent::{NO_TURN, Reading, ToolUse},
-    program_trace::{TraceSetup, setup},
+    program_trace::setup,
 };
 
 /// What the call gives.
