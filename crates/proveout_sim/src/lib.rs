@@ -50,9 +50,9 @@ pub use evidence::manifest::{MANIFEST, Manifest, ManifestError, Verified, verify
 pub use evidence::run_folder::{Committed, RunFolder};
 pub use evidence::signature::{SIGNATURE, SignatureError, check_signature, sign};
 pub use judge::free_axes;
-pub use judge::texture::{Maker, SurfaceTexture, TextureMap, TextureProfile};
 pub use observe::observer;
 pub use observe::observer::Observer;
+pub use observe::surface_texture::{Maker, SurfaceTexture, TextureMap, TextureProfile};
 pub use observe::{
     surface_keeper::SurfaceKeeper,
     surface_map::{MapPoint, PatchMap, PatchShape, SurfaceMap, SurfaceShape},

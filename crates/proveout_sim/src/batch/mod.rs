@@ -1,4 +1,4 @@
-//! Many runs from one file: the setups of a part one after another, and a scene with many values of its inputs.
+//! Many runs from one file: the setups of a part in their order, or one scene with many values of its inputs.
 //!
 //! | file | what it does |
 //! |---|---|

@@ -281,10 +281,8 @@ mod tests {
 
     use super::*;
     use crate::{
-        compare::{
-            result::{Made, Stretch, StretchAxis},
-            study::StudyFigure,
-        },
+        compare::result::{Made, Stretch, StretchAxis},
+        observe::study::StudyFigure,
         verdict::verdict_file::{Clearance, Deviation, Gate, Surface, Time},
     };
 

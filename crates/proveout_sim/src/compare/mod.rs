@@ -15,9 +15,20 @@
 //! | file | what it does |
 //! |---|---|
 //! | `certificate/` | bounds on the time of any schedule |
+//! | `choices.rs` | published values over what the experiment leaves open |
+//! | `depth.rs` | the depth of cut along lines |
+//! | `finish.rs` | the results of all programs put together |
+//! | `judge.rs` | published values and criteria against what was measured |
+//! | `markdown.rs` | a comparison as a section of a page |
+//! | `pictures.rs` | curves and meshes for the page |
 //! | `remade.rs` | a program made again, with its certificate |
-//! | `schedule.rs` | a re-scheduled program beside its source |
-//! | `study.rs` | curves and numbers that a method shows of its work |
+//! | `result.rs` | `compare.json` |
+//! | `schedule.rs` | a re-scheduled program compared with its source |
+//! | `sphere.rs` | tool axes on the Gauss sphere |
+//! | `surface.rs` | scallop, and cut parts compared with each other |
+//! | `uncertainty.rs` | the error of a gain |
+//! | `unrolled.rs` | the side of a blade laid flat |
+//! | `variation.rs` | the twin with one parameter changed |
 
 pub mod certificate;
 mod choices;
@@ -30,7 +41,6 @@ pub(crate) mod remade;
 mod result;
 pub mod schedule;
 mod sphere;
-pub(crate) mod study;
 mod surface;
 mod uncertainty;
 mod unrolled;
@@ -62,12 +72,15 @@ pub use self::{
 use crate::{
     compare::{
         certificate::{blocks_of, certify, gain_curves},
-        schedule::{Motions, Schedule, ScheduleBound},
+        schedule::Motions,
     },
-    observe::surface_map::SurfaceMap,
+    judge::design::deviation_on,
+    observe::{
+        schedule_rows::{Schedule, ScheduleBound},
+        surface_map::SurfaceMap,
+    },
     prepare::{
         choice::Choice,
-        design::deviation_on,
         error::SimError,
         motion_only::{Motion, MotionCase},
         part_shape::Shape,

@@ -5,9 +5,9 @@ use proveout_controller::ReprogrammedRun;
 use proveout_geom::{TriMesh, Vector};
 use proveout_toolpath::reschedule::{Curve, CurveKind, Figure};
 
-use crate::compare::study::StudyFigure;
+use crate::observe::study::StudyFigure;
 
-pub use crate::compare::study::{Role, Study, StudyCurve};
+pub use crate::observe::study::{Role, Study, StudyCurve};
 
 /// Pictures of a comparison.
 #[derive(Clone, Debug, Default)]

@@ -13,7 +13,7 @@ use crate::{
     verdict::verdict_file::{Axis, Clearance, Deviation, Gate, State, Surface, Time},
 };
 
-pub use crate::compare::study::StudyFigure;
+pub use crate::observe::study::StudyFigure;
 
 /// Version of the layout of [`Comparison`]; raised when a key changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 1;

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 use proveout_controller::ReprogrammedRun;
 use proveout_geom::{ToolPose, Vector};
 
-use crate::compare::study::{Role, StudyCurve};
+use crate::observe::study::{Role, StudyCurve};
 
 /// How the abscissa of curves on the Gauss sphere begins: they are drawn in a square.
 pub const GAUSS_SPHERE: &str = "Gauss sphere";

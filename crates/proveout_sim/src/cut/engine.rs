@@ -32,10 +32,10 @@ use crate::{
         kept_motion::{KeptMotion, KeptPiece},
         stages::{Checks, Stages, timed},
         stock_bodies::StockBodies,
+        texture_motion::{Recorder, Tracks},
         tool_between_rays::{BetweenFacts, BetweenWatch},
     },
     evidence::inputs::FlatMesh,
-    judge::texture::{Recorder, Tracks},
     observe::block_rows::{BlockRow, ClearanceProof, LooseMotion, SampleSignals},
     prepare::{
         error::SimError,

@@ -1,5 +1,5 @@
 //! The prove-out of one stretch of motion: the stock is swept, bodies are checked against bodies and stock,
-//! parts that come off are followed. What it finds goes into the log, what it measures into the facts of the run.
+//! detached parts are followed. What it finds goes into the log, what it measures into the facts of the run.
 //!
 //! | file | what it does |
 //! |---|---|
@@ -16,6 +16,7 @@
 //! | `shard_records.rs` | records in the files of a run in shards |
 //! | `stages.rs` | wall time of the stages, effort of the checks |
 //! | `stock_bodies.rs` | machine bodies against the stock while it is cut |
+//! | `texture_motion.rs` | the motion near the places of `[surface]` |
 //! | `tool_between_rays.rs` | contact of the tool with stock between the rays |
 
 pub(crate) mod bodies;
@@ -31,4 +32,5 @@ pub(crate) mod shard_cuts;
 pub(crate) mod shard_records;
 pub(crate) mod stages;
 pub(crate) mod stock_bodies;
+pub(crate) mod texture_motion;
 pub(crate) mod tool_between_rays;

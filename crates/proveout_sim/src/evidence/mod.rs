@@ -1,4 +1,4 @@
-//! What a run leaves as evidence: the files that it read and wrote with their digests, and who vouches for them.
+//! What a run leaves as evidence: the files that it read and wrote, with digests, and who vouches for them.
 //!
 //! | file | what it does |
 //! |---|---|

@@ -22,7 +22,8 @@ use proveout_surface::{
 use crate::{
     checks::thread_strokes::{Strokes, is_thread},
     cut::kept_motion::Swept,
-    prepare::{design::Design, memory::MOST_PIECES, raw_shape::RawShape},
+    judge::design::Design,
+    prepare::{memory::MOST_PIECES, raw_shape::RawShape},
 };
 
 /// Part of the allowed depth by which a gouge must be deeper to be found with certainty, and least length, mm.

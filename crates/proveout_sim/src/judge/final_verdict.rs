@@ -15,19 +15,19 @@ use crate::{
         probe_inspection, scallop, scallop_limits,
         surface_gate::{self, Judgement},
         surface_survey::{self, Measured, Surveyed},
-        text_not_run,
-        texture::{self, SurfaceTexture},
-        unstated,
+        text_not_run, texture, unstated,
     },
-    observe::surface_map::{PointBand, SurfaceShape},
+    observe::{
+        surface_map::{PointBand, SurfaceShape},
+        surface_texture::SurfaceTexture,
+    },
     prepare::{error::SimError, prepared::Prepared},
-    run::partial,
     units::N_M_PER_N_MM,
     verdict::{
         finding::{self, Finding, Severity},
         gates::{self, Coverage},
         log::FindingLog,
-        partial_run::Partial,
+        partial_run::{self, Partial},
         verdict_file::{
             Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time,
             Verdict,
@@ -483,7 +483,7 @@ fn judge_gates(
     if let [program, run @ ..] = &mut coverage[..] {
         text_not_run::leave_out(prepared, program, run);
     }
-    partial::leave_out(partial, &mut coverage);
+    partial_run::leave_out(partial, &mut coverage);
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
     let gate = |(name, c): (&&str, &Coverage)| match *name {
         "surface" if partial.is_some() => gates::judge(name, c, log),

@@ -18,16 +18,18 @@
 //! A place counts as touched when the ball is no farther off the design than the excess that the
 //! scene allows.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::collections::BTreeMap;
 
-use proveout_collision::{Obstacle, OrientationMap, OrientationSettings, OrientationSpace, SurfaceContact};
-use proveout_geom::{Point, TriMesh, Vector};
+use proveout_collision::{Obstacle, OrientationSettings, OrientationSpace, SurfaceContact};
+use proveout_geom::{TriMesh, Vector};
 use rayon::prelude::*;
 
 use crate::{
     cut::{engine::Facts, kept_motion::KeptPiece},
     prepare::prepared::Prepared,
 };
+
+pub use crate::observe::free_axes_map::{FreeAxes, FreePlace};
 
 /// Most places of a run.
 pub const MOST_PLACES: usize = 2_000;
@@ -39,61 +41,6 @@ const TRIED: usize = 16;
 const IN_A_ROW: usize = 16;
 /// Shorter vectors have no direction, mm; of axes and normals, without a unit.
 const SHORTEST: f64 = 1e-9;
-
-/// What was found.
-#[derive(Clone, Debug)]
-pub struct FreeAxes {
-    /// What the maps were made with.
-    pub settings: OrientationSettings,
-    /// The ball counts as touching the design up to this distance, mm.
-    pub touch_mm: f64,
-    /// In order of time.
-    pub places: Vec<FreePlace>,
-    /// What was not looked at, and why.
-    pub unchecked: Vec<String>,
-}
-
-impl FreeAxes {
-    /// What was found, in a few sentences; [`Self::unchecked`] lists what was not looked at.
-    pub fn words(&self) -> String {
-        let Some(least) = self.places.iter().min_by(|a, b| a.room.total_cmp(&b.room)) else {
-            return "No place was checked.".into();
-        };
-        let tight = self.places.iter().filter(|p| p.room <= 0.0).count();
-        let at = least.line.as_ref().map_or_else(String::new, |(_, line)| format!(" (line {line})"));
-        format!(
-            "{} contact points of a ball end on the design. Smallest free angle around the programmed axis: \
-             {:.1}°{at}; at {tight} the axis is not proven collision-free. Neck, shank and holder keep {} mm from \
-             part and fixtures; the cutter goes at most {} mm into the part; machine and spindle are not checked. \
-             Finest cells {:.1}°, tilts up to {:.0}°.",
-            self.places.len(),
-            least.room.to_degrees(),
-            self.settings.clearance,
-            self.settings.gouge,
-            self.settings.finest_cell.to_degrees(),
-            self.settings.tilt_limit.to_degrees(),
-        )
-    }
-}
-
-/// One place of the motion.
-#[derive(Clone, Debug)]
-pub struct FreePlace {
-    /// When the tool is there, s.
-    pub time_s: f64,
-    /// File and line of its block.
-    pub line: Option<(Arc<str>, u32)>,
-    /// Name of the tool.
-    pub tool: String,
-    /// Contact on the ball's skin, workpiece frame, mm.
-    pub point: Point,
-    /// Axis of the tool there, workpiece frame.
-    pub axis: Vector,
-    /// Free, blocked and unknown axes.
-    pub map: OrientationMap,
-    /// All axes nearer than this to that of the program are proved free, radian.
-    pub room: f64,
-}
 
 /// A place of the motion: piece, and where along it.
 #[derive(Clone, Copy)]

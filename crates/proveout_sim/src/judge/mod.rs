@@ -2,6 +2,7 @@
 //!
 //! | file | what it does |
 //! |---|---|
+//! | `design.rs` | the design that the cut part is compared with |
 //! | `excess_between_rays.rs` | gouges and excess between the rays of the stock |
 //! | `final_verdict.rs` | from the cut part and the facts of the run to the verdict |
 //! | `free_axes.rs` | collision-free tool axes at contacts of the motion |
@@ -15,6 +16,7 @@
 //! | `texture/` | roughness maps: Ra and Rz of patches and profiles |
 //! | `unstated.rs` | what gates leave unchecked since no file states it |
 
+pub(crate) mod design;
 pub(crate) mod excess_between_rays;
 pub(crate) mod final_verdict;
 pub mod free_axes;

@@ -11,11 +11,8 @@ use proveout_tool::Profile;
 
 use crate::{
     cut::{engine::Facts, kept_motion::Swept},
-    prepare::{
-        design::{Neighbors, design},
-        memory::MOST_PIECES,
-        prepared::Prepared,
-    },
+    judge::design::{Neighbors, design},
+    prepare::{memory::MOST_PIECES, prepared::Prepared},
     scene::tolerance::SurfaceKey,
     units::{MM_PER_UM, UM_PER_MM},
     verdict::scallop_figures::{Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch},

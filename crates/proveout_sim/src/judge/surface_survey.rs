@@ -15,16 +15,12 @@ use crate::{
     checks::thread_strokes::{Strokes, is_thread},
     cut::kept_motion::Swept,
     judge::{
+        design::{Design, MESH, design},
         excess_between_rays::{Between, Places, Told},
         scallop::RidgeMap,
     },
     observe::surface_map::{MapPoint, PatchShape, PointBand, SurfaceShape},
-    prepare::{
-        design::{Design, MESH, design},
-        error::SimError,
-        prepared::Prepared,
-        raw_shape::RawShape,
-    },
+    prepare::{error::SimError, prepared::Prepared, raw_shape::RawShape},
     units::UM_PER_MM,
     verdict::verdict_file::Deviation,
 };

@@ -9,9 +9,9 @@ use proveout_stock::{Patch, TileId, TriDexel};
 use proveout_tool::ToolLibrary;
 
 use crate::{
-    compare::schedule::Schedule,
-    judge::{free_axes::FreeAxes, texture::SurfaceTexture},
-    observe::surface_map::SurfaceShape,
+    observe::{
+        free_axes_map::FreeAxes, schedule_rows::Schedule, surface_map::SurfaceShape, surface_texture::SurfaceTexture,
+    },
     prepare::made_program::MadeProgram,
     scene::Scene,
     verdict::{finding::Finding, verdict_file::Verdict},

@@ -7,7 +7,6 @@
 //! | `control_file.rs` | which control reads a program |
 //! | `control_settings.rs` | settings of the motion controller |
 //! | `depth_gauge.rs` | the depth of a cut under a ball |
-//! | `design.rs` | the design that the cut part is compared with |
 //! | `error.rs` | `SimError`: why a run cannot be made |
 //! | `fixture_bodies.rs` | meshes of fixtures that are given by dimensions |
 //! | `fixtures.rs` | fixtures and platforms in the table frame |
@@ -21,9 +20,11 @@
 //! | `planning.rs` | paths over a blade that the scene plans |
 //! | `prepared.rs` | `Prepared`: what a run needs |
 //! | `preview.rs` | `--preview`: coarse cells, and what else is left out |
+//! | `program_extent.rs` | what a program does, from one pass of its reader |
 //! | `program_source.rs` | what a program is made from, and the making |
 //! | `program_survey.rs` | whether all that a program names exists |
 //! | `program_text.rs` | which program runs, and its text |
+//! | `program_trace.rs` | where a program takes its tool, without a plan of the motion |
 //! | `programs.rs` | programs that are made: planned and re-scheduled |
 //! | `raw_shape.rs` | the raw stock as a solid, for places between its rays |
 //! | `raw_stock.rs` | the stock before the first cut |
@@ -34,13 +35,14 @@
 //! | `set_values.rs` | `run --set KEY=VALUE` |
 //! | `stock_on_rays.rs` | refuses a raw stock that its rays do not hold |
 //! | `stop_at.rs` | `--stop-at`: a finding, a line, a time |
+//! | `texture_places.rs` | patches and profiles as lattices on the design |
+//! | `texture_plan.rs` | the places of `[surface]`, checked against the design |
 //! | `tools_and_holders.rs` | tools as clamped, the start tool, room round the holders |
 
 pub(crate) mod choice;
 pub(crate) mod control_file;
 pub(crate) mod control_settings;
 pub(crate) mod depth_gauge;
-pub(crate) mod design;
 pub(crate) mod error;
 pub(crate) mod fixture_bodies;
 pub(crate) mod fixtures;
@@ -54,9 +56,11 @@ pub(crate) mod part_shape;
 pub mod planning;
 pub(crate) mod prepared;
 pub(crate) mod preview;
+pub(crate) mod program_extent;
 pub(crate) mod program_source;
 pub(crate) mod program_survey;
 pub(crate) mod program_text;
+pub(crate) mod program_trace;
 pub(crate) mod programs;
 pub(crate) mod raw_shape;
 pub(crate) mod raw_stock;
@@ -67,4 +71,6 @@ pub(crate) mod set_value;
 pub(crate) mod set_values;
 pub(crate) mod stock_on_rays;
 pub(crate) mod stop_at;
+pub(crate) mod texture_places;
+pub(crate) mod texture_plan;
 pub(crate) mod tools_and_holders;

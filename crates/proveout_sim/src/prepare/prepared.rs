@@ -9,12 +9,11 @@ use proveout_nc::{Program, Settings as NcSettings, Survey};
 use proveout_tool::{Profile, ToolLibrary};
 
 use crate::{
-    compare::schedule::Schedule,
     evidence::{digest, inputs::FlatMesh},
-    judge::texture::Plan,
+    observe::schedule_rows::Schedule,
     prepare::{
         choice::Choice, error::SimError, made_program::MadeProgram, memory::Memory, part_on_table::PartOnTable,
-        preview::Wanted, raw_stock::RawStock,
+        preview::Wanted, raw_stock::RawStock, texture_plan::Plan,
     },
     scene::{Scene, joint_limits::ChangedLimit},
 };

@@ -13,7 +13,6 @@ use proveout_nc::{Look, Op, ProgramText, Survey};
 
 use crate::{
     evidence::{digest, inputs::Inputs, manifest},
-    judge::texture::Plan,
     prepare::{
         choice::{Choice, StockChoice, calls_of_other_readings, choose_stock},
         control_file::control_of,
@@ -24,16 +23,16 @@ use crate::{
         part_on_table::PartOnTable,
         prepared::Prepared,
         preview::Wanted,
-        program_source, program_survey,
+        program_extent, program_source, program_survey,
         program_text::{check_holds_text, program_entry, program_text},
         raw_stock, reader_settings, set_values,
         stop_at::StopAt,
+        texture_plan::Plan,
         tools_and_holders::{check_start_tool, clamp_out, holder_zones},
     },
     scene::{
         DynamicsFile, PlantFile, ProgramFile, Scene, joint_limits::limit_joints, mesh_unit, stock::resolution_fault,
     },
-    setup::preflight,
 };
 
 impl Prepared {
@@ -221,7 +220,11 @@ impl Prepared {
         };
         check_line(&prepared)?;
         if choice.stock == StockChoice::OfScene && mesh_unit::is_stock_in_doubt(&prepared.scene) {
-            mesh_unit::check_stock(&prepared.scene, &prepared.stock.bounds(), &preflight::cuts_in_feed(&prepared))?;
+            mesh_unit::check_stock(
+                &prepared.scene,
+                &prepared.stock.bounds(),
+                &program_extent::cuts_in_feed(&prepared),
+            )?;
         }
         Ok(prepared)
     }

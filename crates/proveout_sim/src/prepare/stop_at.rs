@@ -84,3 +84,27 @@ impl fmt::Display for StopAt {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stop_is_a_code_a_line_or_a_time() {
+        let read = |text: &str| text.parse::<StopAt>();
+        assert_eq!(read("any"), Ok(StopAt::Finding(None)));
+        assert_eq!(read("collision-bodies"), Ok(StopAt::Finding(Some("collision-bodies"))));
+        assert_eq!(read("120"), Ok(StopAt::Line(120)));
+        assert_eq!(read("12.5s"), Ok(StopAt::Time(12.5)));
+        for wrong in
+            ["", "0", "-3", "1.5", "nan", "NaNs", "-1s", "0s", "infs", "1e99s", "99999999999", "collison-bodies"]
+        {
+            assert!(read(wrong).is_err(), "{wrong}");
+        }
+        assert!(read("collison-bodies").is_err_and(|e| e.contains("did you mean collision-bodies?")));
+        assert!(read("geometry-gouge").is_err_and(|e| e.contains("at the end of the program")));
+        for text in ["any", "limits-overtravel", "7", "0.25s"] {
+            assert_eq!(read(text).map(|s| s.to_string()).as_deref(), Ok(text));
+        }
+    }
+}

@@ -13,7 +13,6 @@ use proveout_stock::{Patch, TriDexel};
 use rayon::prelude::*;
 
 use crate::{
-    compare::schedule::Schedule,
     cut::{
         cut_source::Cuts,
         engine::Engine,
@@ -27,6 +26,7 @@ use crate::{
     observe::{
         observer::{Batch, Observer, Outcome, Setup},
         observer_error::ObserverError,
+        schedule_rows::Schedule,
         surface_keeper::SurfaceKeeper,
         surface_map::SurfaceMap,
     },

@@ -13,7 +13,6 @@ use crate::{
     prepare::prepared::Prepared,
     verdict::{
         finding::{Finding, Severity},
-        gates::Coverage,
         verdict_file,
     },
 };
@@ -159,77 +158,5 @@ impl<'a> Watch<'a> {
             time_s,
             planned_s: self.planned_s.max(time_s),
         })
-    }
-}
-
-/// Takes from the gates what a run that is not whole has not judged; in the order of the gates.
-pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
-    let Some(partial) = partial else { return };
-    if let Some(p) = &partial.preview {
-        let longest = |cells: &[f64; 3]| cells.iter().copied().fold(0.0, f64::max);
-        let what = format!(
-            "preview: cells of {} mm instead of {} mm; features thinner than a cell may have been missed",
-            longest(&p.cells_mm),
-            longest(&p.scene_cells_mm)
-        );
-        for gate in &mut gates[2..7] {
-            gate.left_out.push(what.clone());
-        }
-        gates[7].left_out.push(format!("preview: not evaluated: {}", p.left_out.join(", ")));
-    }
-    if let Some(s) = &partial.stopped {
-        let line = s.line.map_or_else(String::new, |l| format!(" (line {l})"));
-        let what = format!("stopped at {:.3} s{line}: the motion after that", s.time_s);
-        for gate in &mut gates[1..6] {
-            gate.left_out.push(what.clone());
-        }
-        gates[0] = Coverage {
-            checked: gates[0].checked.as_ref().map(|_| "executed so far".to_owned()),
-            left_out: vec![format!("stopped at {:.3} s{line}, since {}", s.time_s, s.why)],
-        };
-        for gate in &mut gates[6..8] {
-            *gate = Coverage {
-                checked: None,
-                left_out: vec![format!("stopped at {:.3} s{line}: the part is not finished", s.time_s)],
-            };
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_stop_is_a_code_a_line_or_a_time() {
-        let read = |text: &str| text.parse::<StopAt>();
-        assert_eq!(read("any"), Ok(StopAt::Finding(None)));
-        assert_eq!(read("collision-bodies"), Ok(StopAt::Finding(Some("collision-bodies"))));
-        assert_eq!(read("120"), Ok(StopAt::Line(120)));
-        assert_eq!(read("12.5s"), Ok(StopAt::Time(12.5)));
-        for wrong in
-            ["", "0", "-3", "1.5", "nan", "NaNs", "-1s", "0s", "infs", "1e99s", "99999999999", "collison-bodies"]
-        {
-            assert!(read(wrong).is_err(), "{wrong}");
-        }
-        assert!(read("collison-bodies").is_err_and(|e| e.contains("did you mean collision-bodies?")));
-        assert!(read("geometry-gouge").is_err_and(|e| e.contains("at the end of the program")));
-        for text in ["any", "limits-overtravel", "7", "0.25s"] {
-            assert_eq!(read(text).map(|s| s.to_string()).as_deref(), Ok(text));
-        }
-    }
-
-    #[test]
-    fn no_gate_of_a_run_that_is_not_whole_passes_unseen() {
-        let all = || std::array::from_fn(|_| Coverage { checked: Some("all".into()), left_out: vec![] });
-        let mut gates: [Coverage; 8] = all();
-        let stopped = Stopped { time_s: 3.0, line: Some(7), why: "line 7 was run".into(), ..Stopped::default() };
-        leave_out(Some(&Partial { preview: None, stopped: Some(stopped) }), &mut gates);
-        assert!(gates.iter().all(|g| g.left_out.iter().any(|w| w.contains("stopped at 3.000 s (line 7)"))));
-        let mut gates = all();
-        let preview = PreviewUsed { cells_mm: [0.8; 3], scene_cells_mm: [0.2; 3], left_out: vec!["ridges".into()] };
-        leave_out(Some(&Partial { preview: Some(preview), stopped: None }), &mut gates);
-        assert!(gates[..2].iter().all(|g| g.left_out.is_empty()), "program and limits ask no stock");
-        assert!(gates[2..].iter().all(|g| g.left_out.iter().any(|w| w.starts_with("preview"))));
     }
 }

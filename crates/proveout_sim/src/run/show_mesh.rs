@@ -4,9 +4,9 @@ use proveout_geom::{Aabb, Point, TriMesh};
 use proveout_stock::{MeshBand, Patch, SurfaceMesh, TriDexel};
 
 use crate::{
-    judge::surface_survey::Surveyed,
+    judge::{design::Neighbors, surface_survey::Surveyed},
     observe::surface_map::MeshPart,
-    prepare::{design::Neighbors, error::SimError},
+    prepare::error::SimError,
 };
 
 /// Receives the bands.

@@ -6,7 +6,7 @@ use proveout_machine::Machine;
 use proveout_nc::{Location, ToolName};
 use serde::Serialize;
 
-use crate::setup::first_part::{reading::Reading, shown};
+use crate::{prepare::program_extent::Reading, setup::first_part::shown};
 
 /// Most lines that a cause names.
 const MAX_LINES: usize = 6;

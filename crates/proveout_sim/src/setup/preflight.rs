@@ -1,7 +1,7 @@
 //! What can be known of a run before anything moves: causes of the findings that would follow, the most likely one first, each with the line
 //! that would mend it.
 //!
-//! One reading pass follows the tool (`first_part::trace`); nothing is planned and nothing is cut. A cause is a hint: the run decides. What is
+//! One reading pass follows the tool (`program_trace`); nothing is planned and nothing is cut. A cause is a hint: the run decides. What is
 //! missing altogether (work offsets, tools, subprograms) is refused before, by the survey of the program, all of it at once.
 
 use std::path::Path;
@@ -11,13 +11,16 @@ use proveout_machine::Machine;
 use proveout_nc::{AXIS_LETTERS, Location, ProgramText, ToolName};
 
 use crate::{
-    prepare::{control_settings::length_active_after_change, prepared::Prepared},
+    prepare::{
+        control_settings::length_active_after_change,
+        prepared::Prepared,
+        program_extent::{MachineMove, NO_TURN, Reading, ToolUse, at_start, reading},
+    },
     setup::{
         causes::{lines, never_changed, outside_travel},
         first_part::{
             place::{Fit, PAST_TRAVEL, fit},
-            reading::{MachineMove, NO_TURN, Reading, ToolUse},
-            setup, shown,
+            shown,
         },
     },
 };
@@ -34,28 +37,6 @@ const SAME_POSITION: f64 = 1e-9;
 /// What has lengths come with the tool on a control whose programs have no word for them.
 const WITH_TOOL: &str = "; where lengths come with the tool on your control, name a file under [control] file that says so: inherits = \"fanuc-0i\", \
                          [tool_length] without_h = \"tool\", [words] M6 = { does = \"M6 G43\" }";
-
-/// The tool in the spindle before the first block.
-fn at_start(prepared: &Prepared) -> ToolName {
-    prepared.scene.file.start.tool.map_or(ToolName::Empty, ToolName::Number)
-}
-
-/// The way of the tool, from one pass over the text.
-fn reading(prepared: &Prepared) -> Reading {
-    let lengths = prepared
-        .tools
-        .tools
-        .iter()
-        .flat_map(|t| [(ToolName::Number(t.number), t.gauge_length), (ToolName::Name(t.name.clone()), t.gauge_length)])
-        .collect();
-    let tracing = setup(&prepared.table_from_work, lengths, prepared.survey.dialect, at_start(prepared));
-    Reading::of(&prepared.program_path, &prepared.nc_settings, &prepared.machine, tracing)
-}
-
-/// Box of the motion in feed, workpiece frame; empty where the program is made, or has none.
-pub(crate) fn cuts_in_feed(prepared: &Prepared) -> Aabb {
-    if prepared.made.is_some() { Aabb::empty() } else { reading(prepared).feed() }
-}
 
 /// Everything that can be known before a run.
 pub fn preflight(prepared: &Prepared) -> Vec<Cause> {

@@ -6,6 +6,8 @@ use proveout_geom::read_regular_text;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::verdict::gates::Coverage;
+
 /// In what a run is less than the whole check; no key of it is set in one that is whole.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Partial {
@@ -76,4 +78,57 @@ pub(crate) fn refused_as_stock(folder: &Path) -> Option<String> {
         (Some(p), None) => format!("is of a preview, with cells of {} mm", p.cells_mm.into_iter().fold(0.0, f64::max)),
         (None, None) => return None,
     })
+}
+
+/// Takes from the gates what a run that is not whole has not judged; in the order of the gates.
+pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
+    let Some(partial) = partial else { return };
+    if let Some(p) = &partial.preview {
+        let longest = |cells: &[f64; 3]| cells.iter().copied().fold(0.0, f64::max);
+        let what = format!(
+            "preview: cells of {} mm instead of {} mm; features thinner than a cell may have been missed",
+            longest(&p.cells_mm),
+            longest(&p.scene_cells_mm)
+        );
+        for gate in &mut gates[2..7] {
+            gate.left_out.push(what.clone());
+        }
+        gates[7].left_out.push(format!("preview: not evaluated: {}", p.left_out.join(", ")));
+    }
+    if let Some(s) = &partial.stopped {
+        let line = s.line.map_or_else(String::new, |l| format!(" (line {l})"));
+        let what = format!("stopped at {:.3} s{line}: the motion after that", s.time_s);
+        for gate in &mut gates[1..6] {
+            gate.left_out.push(what.clone());
+        }
+        gates[0] = Coverage {
+            checked: gates[0].checked.as_ref().map(|_| "executed so far".to_owned()),
+            left_out: vec![format!("stopped at {:.3} s{line}, since {}", s.time_s, s.why)],
+        };
+        for gate in &mut gates[6..8] {
+            *gate = Coverage {
+                checked: None,
+                left_out: vec![format!("stopped at {:.3} s{line}: the part is not finished", s.time_s)],
+            };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_gate_of_a_run_that_is_not_whole_passes_unseen() {
+        let all = || std::array::from_fn(|_| Coverage { checked: Some("all".into()), left_out: vec![] });
+        let mut gates: [Coverage; 8] = all();
+        let stopped = Stopped { time_s: 3.0, line: Some(7), why: "line 7 was run".into(), ..Stopped::default() };
+        leave_out(Some(&Partial { preview: None, stopped: Some(stopped) }), &mut gates);
+        assert!(gates.iter().all(|g| g.left_out.iter().any(|w| w.contains("stopped at 3.000 s (line 7)"))));
+        let mut gates = all();
+        let preview = PreviewUsed { cells_mm: [0.8; 3], scene_cells_mm: [0.2; 3], left_out: vec!["ridges".into()] };
+        leave_out(Some(&Partial { preview: Some(preview), stopped: None }), &mut gates);
+        assert!(gates[..2].iter().all(|g| g.left_out.is_empty()), "program and limits ask no stock");
+        assert!(gates[2..].iter().all(|g| g.left_out.iter().any(|w| w.starts_with("preview"))));
+    }
 }

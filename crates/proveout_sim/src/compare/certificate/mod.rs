@@ -28,7 +28,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    compare::study::{Role, StudyCurve},
+    observe::study::{Role, StudyCurve},
     prepare::motion_only::FeedBlock,
     scene::joint_limits::ChangedLimit,
 };

@@ -16,8 +16,11 @@ use proveout_surface::{
 };
 use proveout_tool::Tool;
 
-use super::record::Kept;
-use crate::{units::UM_PER_MM, verdict::verdict_file::AnalyticUsed};
+use crate::{
+    cut::texture_motion::{Kept, rotated},
+    units::UM_PER_MM,
+    verdict::verdict_file::AnalyticUsed,
+};
 
 /// Two neighboring points were cut by different passes if the tip ran farther between them than
 /// this, mm, plus two turns of the spindle.
@@ -116,7 +119,7 @@ fn rotated_axis(kept: &Kept, time: f64) -> Vector {
     let piece = &kept.piece;
     let span = piece.time[1] - piece.time[0];
     let part = if span > 0.0 { ((time - piece.time[0]) / span).clamp(0.0, 1.0) } else { 0.0 };
-    super::record::rotated(&piece.housing[2], &(piece.turn * part))
+    rotated(&piece.housing[2], &(piece.turn * part))
 }
 
 /// Mean distance from the mean, of heights at equal steps.

@@ -9,15 +9,21 @@ use proveout_surface::{
 use proveout_tool::Tool;
 
 use super::{
-    Entry, Maker, Plan, SurfaceTexture, TextureMap, TextureProfile, Wanted,
     analytic::{self, Across},
     doubts::residual,
-    places::Place,
-    record::{Kept, PASSED_MM, Tracks},
 };
 use crate::{
-    cut::engine::Facts,
-    prepare::{error::SimError, prepared::Prepared},
+    cut::{
+        engine::Facts,
+        texture_motion::{Kept, PASSED_MM, Tracks},
+    },
+    observe::surface_texture::{Maker, SurfaceTexture, TextureMap, TextureProfile},
+    prepare::{
+        error::SimError,
+        prepared::Prepared,
+        texture_places::Place,
+        texture_plan::{Entry, MOST_PIECES, Plan, Wanted, next_class},
+    },
     scene::{ProfileDirectionFile, SurfaceFile, surface::SurfaceModelFile},
     units::UM_PER_MM,
     verdict::verdict_file::{BlockShare, PhaseSpread, ProfileUsed, TextureUsed},
@@ -103,7 +109,7 @@ impl<'a> Work<'a> {
             ..TextureUsed::default()
         };
         if tracks.lost {
-            used.unchecked.push(format!("more than {} pieces of motion come near the patches", super::MOST_PIECES));
+            used.unchecked.push(format!("more than {} pieces of motion come near the patches", MOST_PIECES));
         }
         let mut tools = Vec::new();
         let mut unknown_phase = false;
@@ -333,7 +339,7 @@ impl<'a> Work<'a> {
                 _ => None,
             });
             match next.filter(|_| report.filtered.is_none()) {
-                Some(next) if Some(next) == super::next_class(self.plan.class) => {
+                Some(next) if Some(next) == next_class(self.plan.class) => {
                     remark = report.unchecked.first().map(ToString::to_string);
                     asked.class = next;
                 }

@@ -13,8 +13,10 @@ use std::{
 use proveout_geom::read_input;
 use proveout_machine::Machine;
 
-use super::reading::{MachineMove, OwnZero, Reading};
-use crate::setup::causes::lines;
+use crate::{
+    prepare::program_extent::{MachineMove, OwnZero, Reading},
+    setup::causes::lines,
+};
 
 /// Folder of the copy in the new scene.
 pub(super) const FOLDER: &str = "machine";

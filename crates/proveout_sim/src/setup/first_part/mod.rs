@@ -2,7 +2,7 @@
 //! with scene, tools and README.
 //!
 //! [`propose`] reads the programs with the control of the call, the machine, or the one that their
-//! text names. It follows where they take their tools (`trace`), looks for unit, stock and tools in
+//! text names. It follows where they take their tools (`program_trace`), looks for unit, stock and tools in
 //! headers and comments (`facts`), proposes stock and mounting (`place`), and asks for the rest
 //! (`interview`). Values that were chosen rather than given are marked so in the files (`writing`).
 //! Nothing is written here: [`Proposal::write`] does, into a folder that does not exist yet, moved
@@ -16,14 +16,12 @@ mod home_zero;
 mod interview;
 mod over_table;
 pub(crate) mod place;
-pub(crate) mod reading;
 mod stock_choice;
 mod summary;
 mod tool_choice;
 mod tool_names;
 mod tool_sizes;
 mod tool_words;
-pub(crate) mod trace;
 mod workholding;
 mod writing;
 mod zeros;
@@ -44,24 +42,19 @@ pub use summary::{ProgramTold, StockTold, Summary, ToolTold};
 use self::home_zero::HomeZero;
 use self::interview::{Interview, PROPOSED};
 use self::place::Reach;
-use self::reading::{NO_TURN, Reading, ToolUse};
 use self::stock_choice::{Cuts, check_design, design, resolution, stock, unit_of_design};
 pub(crate) use self::tool_choice::shown;
 use self::tool_choice::tools;
-use self::trace::TraceSetup;
 use self::workholding::{Workholding, workholding};
 use self::zeros::{offsets, own_mount, stated_mount};
 use crate::prepare::{
     control_file::{control_of, settings_on},
-    control_settings::{length_active_after_change, length_in_machine_coordinates},
+    control_settings::length_active_after_change,
     error::SimError,
     machine_data::with_machine,
+    program_extent::{NO_TURN, Reading, ToolUse},
+    program_trace::setup,
 };
-
-/// Lengths and heights that differ by less are the same, and a shorter way is none, mm: programs and tool lists are written in steps of 0.0001.
-const SAME_MM: f64 = 1e-6;
-/// Directions whose cosine is closer to 1 are the same: rounding.
-const SAME_DIRECTION: f64 = 1e-9;
 
 /// What the call gives.
 #[derive(Clone, Debug, Default)]
@@ -491,21 +484,6 @@ const NOTHING_CUT: &str =
 /// Reports all open questions at once.
 fn stop_if_open(interview: &Interview<'_, '_>) -> Result<(), FirstPartError> {
     if interview.open.is_empty() { Ok(()) } else { Err(FirstPartError::Unanswered(interview.open.clone())) }
-}
-
-pub(crate) fn setup(
-    table_from_work: &Pose,
-    lengths: BTreeMap<ToolName, f64>,
-    dialect: Dialect,
-    tool: ToolName,
-) -> TraceSetup {
-    TraceSetup {
-        table_from_work: *table_from_work,
-        lengths,
-        length_with_change: length_active_after_change(dialect),
-        length_in_machine: length_in_machine_coordinates(dialect),
-        tool,
-    }
 }
 
 /// Settings of the reader for each program, with the notes to report.

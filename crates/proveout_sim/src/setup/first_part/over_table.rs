@@ -19,7 +19,7 @@ use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;
 
 use super::Reasoned;
-use super::reading::Reading;
+use crate::prepare::program_extent::Reading;
 
 /// Clearance between the table and what leans over it, mm.
 const CLEAR_MM: f64 = 5.0;

@@ -15,9 +15,14 @@
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_machine::Machine;
 
-use super::reading::Reading;
-use super::{Reasoned, SAME_DIRECTION, SAME_MM};
-use crate::units::UM_PER_MM;
+use super::Reasoned;
+use crate::{
+    prepare::{
+        program_extent::Reading,
+        program_trace::{SAME_DIRECTION, SAME_MM},
+    },
+    units::UM_PER_MM,
+};
 
 /// Allowance of sides that no descent bounds, mm.
 const ALLOWANCE_MM: f64 = 5.0;

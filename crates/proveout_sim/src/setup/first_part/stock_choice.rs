@@ -1,17 +1,21 @@
 //! Stock and design of a first part: what call and text say, what is proposed, and whether they have to do with each other.
 
-use std::fs::File;
-use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::{
+    fs::File,
+    io::Read as _,
+    path::{Path, PathBuf},
+};
 
 use proveout_geom::{Aabb, Point, TriMesh, read_mesh};
 use proveout_tool::LengthUnit;
 
-use super::interview::{self, Interview, PROPOSED};
-use super::place::{self, Fit, Swept};
-use super::reading::ToolUse;
-use super::{Design, FirstPart, FirstPartError, Reasoned, StockForm, Tools, facts, refused};
-use crate::prepare::error::SimError;
+use super::{
+    Design, FirstPart, FirstPartError, Reasoned, StockForm, Tools, facts,
+    interview::{self, Interview, PROPOSED},
+    place::{self, Fit, Swept},
+    refused,
+};
+use crate::prepare::{error::SimError, program_extent::ToolUse};
 
 /// Scale of the six decimals that a length in inches is written with.
 const SIX_DECIMALS: f64 = 1e6;

@@ -5,9 +5,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use proveout_nc::{Location, ToolName};
 use proveout_tool::{ImportCall, ToolDraft, ToolLibrary, import_tools};
 
-use super::interview::{self, Interview, PROPOSED};
-use super::reading::Reading;
-use super::{FirstPart, FirstPartError, Tools, facts, refused};
+use super::{
+    FirstPart, FirstPartError, Tools, facts,
+    interview::{self, Interview, PROPOSED},
+    refused,
+};
+use crate::prepare::program_extent::Reading;
 
 /// Scale of the four decimals that a diameter is shown with.
 const FOUR_DECIMALS: f64 = 1e4;

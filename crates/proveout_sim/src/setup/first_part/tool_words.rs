@@ -21,8 +21,8 @@
 
 use proveout_tool::{ToolDraft, tool_center_cutting_of_words, tool_kind_of_words, tool_teeth_of_words};
 
-use super::SAME_MM;
 use super::tool_sizes::{Named, drill_by_name, thread_by_number, with_points};
+use crate::prepare::program_trace::SAME_MM;
 
 /// A corner may be larger than the radius of its tool by this, mm: rounding of inches.
 const ROUNDING_MM: f64 = 1e-9;

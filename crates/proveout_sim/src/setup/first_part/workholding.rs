@@ -4,8 +4,12 @@
 use proveout_geom::Aabb;
 use proveout_tool::{plain_number as n, quoted};
 
-use super::interview::{Interview, unit};
-use super::{FirstPartError, SAME_MM, refused};
+use super::{
+    FirstPartError,
+    interview::{Interview, unit},
+    refused,
+};
+use crate::prepare::program_trace::SAME_MM;
 
 /// Begin of the line that says how far a fixture reaches below the stock.
 const BELOW: &str = "# Below the stock, mm: ";

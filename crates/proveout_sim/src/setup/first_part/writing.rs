@@ -1,20 +1,24 @@
 //! The files of a proposal: `scene.toml`, `tools.toml`, `README.md`. Every value that was not given
 //! has its reason next to it, with the word `chosen`.
 
-use std::fmt::Write as _;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::{
+    fmt::Write as _,
+    fs,
+    path::{Path, PathBuf},
+};
 
 use proveout_geom::write_stl;
 use proveout_nc::Dialect;
 use proveout_tool::{library_text, plain_number as n, quoted};
 
-use super::home_zero::FOLDER;
-use super::reading::{Reading, ToolUse};
-use super::workholding::Workholding;
-use super::{FirstPartError, Plan, Proposal, Reasoned, StockForm, Tools, refused, shown};
-use crate::scene::CylinderAxis;
-use crate::scene::names;
+use super::{
+    FirstPartError, Plan, Proposal, Reasoned, StockForm, Tools, home_zero::FOLDER, refused, shown,
+    workholding::Workholding,
+};
+use crate::{
+    prepare::program_extent::{Reading, ToolUse},
+    scene::{CylinderAxis, names},
+};
 
 /// Name of the tool library.
 pub(super) const TOOLS: &str = "tools.toml";

@@ -4,9 +4,12 @@ use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, Location};
 
-use super::interview::{self, Interview, PROPOSED};
-use super::reading::Reading;
-use super::{FirstPartError, Reasoned, SAME_MM, place, refused};
+use super::{
+    FirstPartError, Reasoned,
+    interview::{self, Interview, PROPOSED},
+    place, refused,
+};
+use crate::prepare::{program_extent::Reading, program_trace::SAME_MM};
 
 /// Work offsets that the programs use, with the place of their zero in the workpiece frame.
 pub(super) fn offsets(

@@ -1,8 +1,10 @@
 //! What a program does, from one pass of its reader: tools with the room that they move in, work
 //! offsets, rotary axes, positions of the machine.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::{
+    collections::{BTreeMap, BTreeSet},
+    path::Path,
+};
 
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_machine::{JointValues, Machine};
@@ -10,8 +12,10 @@ use proveout_nc::{
     AXIS_LETTERS, Command, Dialect, Location, Motion, Offset, Op, Settings, Survey, ToolAction, ToolName,
 };
 
-use super::trace::{TraceSetup, Tracer, Way, WayKind};
-use super::{SAME_DIRECTION, SAME_MM};
+use crate::prepare::{
+    prepared::Prepared,
+    program_trace::{SAME_DIRECTION, SAME_MM, TraceSetup, Tracer, Way, WayKind, setup},
+};
 
 /// Most descents that are kept a tool: places where it goes down in rapid.
 const MAX_DESCENTS: usize = 10_000;
@@ -433,4 +437,26 @@ impl Collecting<'_> {
             }
         }
     }
+}
+
+/// The tool in the spindle before the first block.
+pub(crate) fn at_start(prepared: &Prepared) -> ToolName {
+    prepared.scene.file.start.tool.map_or(ToolName::Empty, ToolName::Number)
+}
+
+/// The way of the tool, from one pass over the text.
+pub(crate) fn reading(prepared: &Prepared) -> Reading {
+    let lengths = prepared
+        .tools
+        .tools
+        .iter()
+        .flat_map(|t| [(ToolName::Number(t.number), t.gauge_length), (ToolName::Name(t.name.clone()), t.gauge_length)])
+        .collect();
+    let tracing = setup(&prepared.table_from_work, lengths, prepared.survey.dialect, at_start(prepared));
+    Reading::of(&prepared.program_path, &prepared.nc_settings, &prepared.machine, tracing)
+}
+
+/// Box of the motion in feed, workpiece frame; empty where the program is made, or has none.
+pub(crate) fn cuts_in_feed(prepared: &Prepared) -> Aabb {
+    if prepared.made.is_some() { Aabb::empty() } else { reading(prepared).feed() }
 }

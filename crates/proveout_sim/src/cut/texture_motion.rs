@@ -29,14 +29,13 @@ use proveout_surface::topography::{CutterPiece, phase_zero};
 
 use crate::{
     checks::spindle_and_holder::CuttingState,
-    prepare::prepared::Prepared,
+    prepare::{
+        prepared::Prepared,
+        texture_plan::{Area, MOST_PIECES},
+    },
     scene::{SpindlePhaseFile, surface::SurfaceModelFile},
 };
 
-/// Pieces that are kept at most.
-pub(crate) const MOST_PIECES: usize = 1_000_000;
-/// Bytes of a kept piece with its places in the lists of patches.
-pub(crate) const PIECE_BYTES: u64 = 256;
 /// Largest distance along the path of the tip from its place in time, mm.
 const UNEVEN_MM: f64 = 1e-5;
 /// Longest kept piece, mm: with short pieces those that do not come near a node can be left out. No
@@ -60,13 +59,6 @@ const ROUNDING: f64 = 1e-9;
 const MOST_PARTS: f64 = 1e6;
 /// Smaller turns have no direction, radian.
 const SMALLEST_TURN: f64 = 1e-15;
-
-/// A ball round everything that is asked for at a place.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Area {
-    pub(crate) middle: Point,
-    pub(crate) radius: f64,
-}
 
 /// A kept piece.
 #[derive(Clone, Copy, Debug)]
@@ -419,7 +411,7 @@ fn turn(a: &[Vector; 3], b: &[Vector; 3]) -> Vector {
 }
 
 /// Rodrigues 1840.
-pub(super) fn rotated(v: &Vector, turn: &Vector) -> Vector {
+pub(crate) fn rotated(v: &Vector, turn: &Vector) -> Vector {
     let angle = turn.norm();
     if angle < SMALLEST_TURN {
         return *v;

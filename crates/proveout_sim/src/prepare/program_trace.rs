@@ -12,13 +12,16 @@
 //! a straight motion of several rotary axes is not followed, and corners are not rounded: this is
 //! for extents and first contacts, never for a verdict.
 
-use std::collections::BTreeMap;
-use std::f64::consts::PI;
+use std::{collections::BTreeMap, f64::consts::PI};
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, Pose, ToolPose, Vector};
 use proveout_machine::{JointValues, KinematicsError, Machine};
-use proveout_nc::{AXIS_LETTERS, ArcMotion, Command, Motion, Offset, Op, RotarySolution, ToolAction, ToolName};
+use proveout_nc::{
+    AXIS_LETTERS, ArcMotion, Command, Dialect, Motion, Offset, Op, RotarySolution, ToolAction, ToolName,
+};
+
+use crate::prepare::control_settings::{length_active_after_change, length_in_machine_coordinates};
 
 /// Angle between two points of an arc, radian: the sagitta is then below 0.1 percent of the radius.
 const ARC_STEP: f64 = PI / 36.0;
@@ -361,5 +364,26 @@ impl<'a> Tracer<'a> {
             way.points.extend(last);
         }
         Some(way)
+    }
+}
+
+/// Lengths and heights that differ by less are the same, and a shorter way is none, mm: programs and tool lists are written in steps of 0.0001.
+pub(crate) const SAME_MM: f64 = 1e-6;
+
+/// Directions whose cosine is closer to 1 are the same: rounding.
+pub(crate) const SAME_DIRECTION: f64 = 1e-9;
+
+pub(crate) fn setup(
+    table_from_work: &Pose,
+    lengths: BTreeMap<ToolName, f64>,
+    dialect: Dialect,
+    tool: ToolName,
+) -> TraceSetup {
+    TraceSetup {
+        table_from_work: *table_from_work,
+        lengths,
+        length_with_change: length_active_after_change(dialect),
+        length_in_machine: length_in_machine_coordinates(dialect),
+        tool,
     }
 }
