@@ -81,6 +81,15 @@ impl Frame {
         Self::turned([(2, z), (1, y), (0, x)])
     }
 
+    /// The system with these directions of its axes, which are square to each other, at an origin.
+    pub(crate) fn of_axes(origin: [f64; 3], [x, y, z]: [[f64; 3]; 3]) -> Self {
+        // Adding 0.0 turns -0.0 into 0.0.
+        Self {
+            linear: std::array::from_fn(|row| [x[row] + 0.0, y[row] + 0.0, z[row] + 0.0]),
+            ..Self::translation(origin)
+        }
+    }
+
     /// Scale along the axes; negative factors mirror.
     pub(crate) fn scale(factors: [f64; 3]) -> Self {
         let mut frame = Self::IDENTITY;
