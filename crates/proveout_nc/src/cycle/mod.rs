@@ -10,7 +10,7 @@
 //! is called, what it measures and which value it has where the program leaves it out. [`Values`]
 //! reads one parameter at a time, so that the first fault is the first parameter that the cycle
 //! uses. A builder never counts arguments. The tables are [`siemens`] and [`heidenhain`]; the
-//! README lists them as [`rows`] prints them.
+//! README lists them, and a test holds its list to the tables.
 
 pub(crate) mod heidenhain;
 pub(crate) mod siemens;
@@ -73,4 +73,40 @@ pub(crate) struct CycleSpec {
     pub(crate) parameters: &'static [Parameter],
     /// What is taken for granted of its course, where the manual leaves it open.
     pub(crate) assumed: Option<&'static str>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CycleSpec, Key, Unit, Usual, heidenhain, siemens};
+
+    fn row(spec: &CycleSpec) -> String {
+        let names = spec.parameters.iter().map(|parameter| match (parameter.key, parameter.usual) {
+            (Key::Position(_), _) if parameter.unit == Unit::Unread => format!("({})", parameter.name),
+            (Key::Position(_), _) => parameter.name.to_owned(),
+            (Key::Q(number), _) if parameter.written => format!("Q{number}"),
+            (Key::Q(number), Usual::Value(value)) => format!("Q{number}={value}"),
+            (Key::Q(number), Usual::None) => format!("Q{number}="),
+        });
+        format!("| `{}` | {} |", spec.name, names.collect::<Vec<_>>().join(" "))
+    }
+
+    #[test]
+    fn the_readme_lists_every_cycle() {
+        let readme = include_str!("../../README.md");
+        let section = readme.split("## Parameters of cycles\n").nth(1).unwrap().split("\n## ").next().unwrap();
+        let listed: Vec<&str> = section.lines().filter(|line| line.starts_with("| `")).collect();
+        let rows: Vec<String> = siemens::ALL.iter().chain(heidenhain::ALL).map(|spec| row(spec)).collect();
+        assert_eq!(listed, rows, "write into the README:\n{}", rows.join("\n"));
+    }
+
+    #[test]
+    fn a_parameter_is_in_its_cycle_once() {
+        for spec in siemens::ALL.iter().chain(heidenhain::ALL) {
+            for (at, parameter) in spec.parameters.iter().enumerate() {
+                assert!(!parameter.name.is_empty() || matches!(parameter.key, Key::Q(429 | 430)), "{}", spec.name);
+                let again = spec.parameters[..at].iter().any(|other| other.key == parameter.key);
+                assert!(!again, "{} {:?}", spec.name, parameter.key);
+            }
+        }
+    }
 }
