@@ -70,9 +70,24 @@ impl Frame {
         frame
     }
 
+    /// Turns by angles in degrees, each about an axis as the turns before have left it; in the reverse order they are turns
+    /// about fixed axes.
+    pub(crate) fn turned(turns: impl IntoIterator<Item = (usize, f64)>) -> Self {
+        turns.into_iter().fold(Self::IDENTITY, |before, (axis, degrees)| before.then(&Self::rotation(axis, degrees)))
+    }
+
     /// Rotation by angles in degrees about Z, the new Y and the newest X, in this order: Rz Ry Rx.
-    pub(crate) fn rpy(degrees: [f64; 3]) -> Self {
-        Self::rotation(2, degrees[2]).then(&Self::rotation(1, degrees[1])).then(&Self::rotation(0, degrees[0]))
+    pub(crate) fn rpy([x, y, z]: [f64; 3]) -> Self {
+        Self::turned([(2, z), (1, y), (0, x)])
+    }
+
+    /// The system with these directions of its axes, which are square to each other, at an origin.
+    pub(crate) fn of_axes(origin: [f64; 3], [x, y, z]: [[f64; 3]; 3]) -> Self {
+        // Adding 0.0 turns -0.0 into 0.0.
+        Self {
+            linear: std::array::from_fn(|row| [x[row] + 0.0, y[row] + 0.0, z[row] + 0.0]),
+            ..Self::translation(origin)
+        }
     }
 
     /// Scale along the axes; negative factors mirror.

@@ -36,6 +36,7 @@ mod codes;
 mod command;
 mod compensation;
 mod control;
+mod cycle;
 mod diagnostic;
 mod dialect;
 mod frame;

@@ -10,6 +10,7 @@
 //!
 //! A language says with [`Holes`] how one stroke becomes a motion; what its cycles do is then a list.
 
+use super::milling::Heights;
 use super::{Channel, Language};
 use crate::diagnostic::{Fault, Span};
 use crate::{Dwell, Feed, Motion, Op, SpindleDirection};
@@ -43,6 +44,23 @@ impl Stroke {
     /// A dwell in seconds; none where it is not above zero.
     pub(crate) fn wait(seconds: Option<f64>) -> Self {
         Self::Wait(seconds.filter(|s| *s > 0.0).map(Dwell::Seconds))
+    }
+}
+
+impl Heights {
+    /// Down to where the feed begins.
+    pub(crate) fn approach(self) -> Stroke {
+        Stroke::Rapid(self.clear)
+    }
+
+    /// To the bottom in the feed in force.
+    pub(crate) fn to_depth(self) -> Stroke {
+        Stroke::Feed(self.depth)
+    }
+
+    /// To the retraction plane.
+    pub(crate) fn out(self) -> Stroke {
+        Stroke::Rapid(self.second)
     }
 }
 

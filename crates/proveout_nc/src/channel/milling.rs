@@ -12,6 +12,7 @@
 use super::shape::{self, Leg, NO_WIDTH_MM, Pass, Place, Point, Shape};
 use super::{Channel, Language};
 use crate::arc::PlaneArc;
+use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Feed, Motion};
 
@@ -121,6 +122,22 @@ pub(crate) fn rings(shape: Shape, radius: f64, allowance: f64, overlap: f64, cli
         passes.push(if widest > NO_WIDTH_MM { last.with_leads(lead, false, climb, false) } else { last });
     }
     Some(passes)
+}
+
+/// The wall of a pocket, once around, on arcs of the radius `lead` onto it and off it.
+pub(crate) fn wall(shape: Shape, radius: f64, lead: f64, climb: bool) -> Pass {
+    let ring = shape.ring(radius);
+    let ring = if climb { ring } else { ring.reversed() };
+    if lead > NO_WIDTH_MM { ring.with_leads(lead, false, climb, true) } else { ring }
+}
+
+/// The fault of a pocket into which the tool does not fit.
+pub(crate) fn too_wide(shape: Shape, radius: f64, allowance: f64, cycle: &str, span: Span) -> Fault {
+    let message = format!(
+        "a tool of radius {radius} mm does not fit into {cycle}: half its width less the allowance is {:.3} mm",
+        shape.half_width() - allowance
+    );
+    Fault::new(codes::COMPENSATION, span, message).help("use a smaller tool")
 }
 
 /// A language with milling cycles: its plane, its feed, and how it completes a motion.

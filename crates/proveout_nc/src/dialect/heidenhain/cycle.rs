@@ -2,31 +2,24 @@
 
 use std::collections::BTreeMap;
 
+use super::drilling::check_hole;
 use super::interpreter::Interpreter;
 use super::plane::{Tilt, Way};
 use super::words::{Coordinate, CycleValue, Kind, OldWord, Param, Positioning, Reference, Words};
 use crate::codes;
 use crate::control::Meaning;
 use crate::control::words::Listed;
+use crate::cycle::{CycleSpec, Given, Key, Values, heidenhain as table};
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::listed::refused_by;
 use crate::frame::Frame;
 use crate::{AxisValues, Dwell, Feed, Location, Op, PathMode};
 
-/// A value of a cycle parameter, evaluated when the cycle was defined.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Setting {
-    Number(f64),
-    Max,
-    Auto,
-    PerRevolution(f64),
-}
-
 /// The cycle that a call runs.
 #[derive(Clone, Debug)]
 pub(crate) enum Cycle {
-    /// Drilling or milling cycle with its parameters by number.
-    Drilling { number: u32, values: BTreeMap<u32, Setting> },
+    /// Drilling or milling cycle with its parameters.
+    Fixed(Values),
     /// Cycle 12: a program.
     Program(String),
 }
@@ -297,25 +290,18 @@ impl Interpreter {
         cycle: &OldCycle,
         number: impl Fn(&Self, u32, &str) -> Result<f64, Fault>,
     ) -> Result<(), Fault> {
-        let mut values = BTreeMap::new();
-        let mut put = |key: u32, value: f64| {
-            values.insert(key, Setting::Number(value));
+        let (spec, parts): (_, &[(u32, &str)]) = match cycle.number {
+            1 => (&table::C1, &[(202, "the infeed"), (211, "the dwell"), (206, "the feed")]),
+            2 => (&table::C2, &[(211, "the dwell"), (206, "the feed")]),
+            _ => (&table::C17, &[(239, "the pitch")]),
         };
-        put(200, number(self, 1, "the set-up clearance")?.abs());
-        put(201, number(self, 2, "the depth")?);
-        match cycle.number {
-            1 => {
-                put(202, number(self, 3, "the infeed")?);
-                put(211, number(self, 4, "the dwell")?);
-                put(206, number(self, 5, "the feed")?);
-            }
-            2 => {
-                put(211, number(self, 3, "the dwell")?);
-                put(206, number(self, 4, "the feed")?);
-            }
-            _ => put(239, number(self, 3, "the pitch")?),
+        let mut values = self.values_of(spec, BTreeMap::new(), cycle.span);
+        values.put(200, number(self, 1, "the set-up clearance")?.abs());
+        values.put(201, number(self, 2, "the depth")?);
+        for (part, (key, what)) in (3..).zip(parts) {
+            values.put(*key, number(self, part, what)?);
         }
-        self.define_cycle(Cycle::Drilling { number: cycle.number, values });
+        self.define_cycle(Cycle::Fixed(values));
         Ok(())
     }
 
@@ -364,25 +350,25 @@ impl Interpreter {
                 Fault::new(codes::BAD_VALUE, cycle.span, "the depth of the pocket is zero").help("write the depth")
             );
         }
-        let mut list = vec![
-            (200, need(1, None, "the set-up clearance")?.abs()),
-            (201, depth),
-            (202, need(3, None, "the infeed")?.abs()),
-            (206, need(3, Some("F"), "the feed of the infeed")?),
-            (207, need(last, Some("F"), "the feed")?),
-            (351, turn),
-        ];
+        let spec = if number == 4 { &table::C4 } else { &table::C5 };
+        let mut values = self.values_of(spec, BTreeMap::new(), cycle.span);
+        values.put(200, need(1, None, "the set-up clearance")?.abs());
+        values.put(201, depth);
+        values.put(202, need(3, None, "the infeed")?.abs());
+        values.put(206, need(3, Some("F"), "the feed of the infeed")?);
+        values.put(207, need(last, Some("F"), "the feed")?);
+        values.put(351, turn);
         if number == 4 {
-            list.extend([(218, need(4, Some("X"), "the length")?), (219, need(5, Some("Y"), "the width")?)]);
-            list.push((220, value(6, Some("RADIUS"))?.or(value(6, Some("R"))?).unwrap_or(0.0)));
+            values.put(218, need(4, Some("X"), "the length")?);
+            values.put(219, need(5, Some("Y"), "the width")?);
+            values.put(220, value(6, Some("RADIUS"))?.or(value(6, Some("R"))?).unwrap_or(0.0));
         } else {
-            list.push((223, 2.0 * need(4, None, "the radius")?));
+            values.put(223, 2.0 * need(4, None, "the radius")?);
         }
-        let values = list.into_iter().map(|(key, value)| (key, Setting::Number(value))).collect();
         self.assume(format!(
             "cycle {number}: rings from the inside out, one radius apart, joined by straight lines (the overlap factor is a machine parameter)"
         ));
-        self.define_cycle(Cycle::Drilling { number, values });
+        self.define_cycle(Cycle::Fixed(values));
         Ok(())
     }
 
@@ -398,7 +384,7 @@ impl Interpreter {
 
     /// CYCL DEF with Q parameters: values are evaluated now and assigned to the parameters.
     pub(crate) fn cycle(&mut self, number: u32, list: &[(Param, CycleValue, Span)], span: Span) -> Result<(), Fault> {
-        let mut values = BTreeMap::new();
+        let mut given = BTreeMap::new();
         for (param, value, at) in list {
             if param.kind != Kind::Global {
                 return Err(
@@ -409,33 +395,31 @@ impl Interpreter {
                 CycleValue::Value(value) => {
                     let number = self.variables.value(value, *at)?;
                     self.variables.set(*param, number, *at)?;
-                    Setting::Number(number)
+                    Given::Number(number)
                 }
-                CycleValue::Max => Setting::Max,
-                CycleValue::Auto => Setting::Auto,
-                CycleValue::PerRevolution(value) => Setting::PerRevolution(self.variables.value(value, *at)?),
+                CycleValue::Max => Given::Max,
+                CycleValue::Auto => Given::Auto,
+                CycleValue::PerRevolution(value) => Given::PerRevolution(self.variables.value(value, *at)?),
             };
-            values.insert(param.index, setting);
+            given.insert(Key::Q(param.index), setting);
         }
-        if super::cycle_words::BUILDER.contains(&number) {
-            return self.builder_cycle(number, span);
-        }
+        let Some(spec) = table::spec(number) else { return self.builder_cycle(number, span) };
+        let values = self.values_of(spec, given, span);
         match number {
             247 => {
-                let row = self.cycle_number(&values, 339, None, span)?;
-                self.preset(row, span)
+                let row = values.value(339)?;
+                return self.preset(row, span);
             }
-            220 | 221 => self.pattern_cycle(number, &values, span),
-            _ => {
-                if super::milling::CYCLES.contains(&number) {
-                    self.check_milling(number, &values, span)?;
-                } else {
-                    self.check_cycle(number, &values, span)?;
-                }
-                self.define_cycle(Cycle::Drilling { number, values });
-                Ok(())
-            }
+            220 | 221 => return self.pattern_cycle(&values),
+            _ if super::milling::is_milling(spec.name) => self.check_milling(&values)?,
+            _ => check_hole(&values)?,
         }
+        self.define_cycle(Cycle::Fixed(values));
+        Ok(())
+    }
+
+    fn values_of(&self, spec: &'static CycleSpec, given: BTreeMap<Key, Given>, span: Span) -> Values {
+        Values { spec, given, length: self.modal.unit(), lift: 0.0, span }
     }
 
     /// A cycle of the machine builder, as defined by the control file.
@@ -459,53 +443,29 @@ impl Interpreter {
         }
     }
 
-    /// Number of a cycle parameter; one without a default must be written.
-    pub(crate) fn cycle_number(
-        &self,
-        values: &BTreeMap<u32, Setting>,
-        key: u32,
-        default: Option<f64>,
-        span: Span,
-    ) -> Result<f64, Fault> {
-        match (values.get(&key), default) {
-            (Some(Setting::Number(number)), _) => Ok(*number),
-            (None, Some(default)) => Ok(default),
-            (None, None) => {
-                Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle has no Q{key}"))
-                    .help(format!("write Q{key}=")))
-            }
-            (Some(other), _) => {
-                Err(Fault::new(codes::ARGUMENTS, span, format!("Q{key} must be a number and is {other:?}"))
-                    .help("write a number"))
-            }
+    /// Feed of a cycle parameter; none means rapid.
+    pub(crate) fn cycle_feed(&self, v: &Values, key: u32) -> Result<Option<Feed>, Fault> {
+        let (number, per_revolution) = match v.given(key) {
+            Some(Given::Number(number)) => (*number, false),
+            Some(Given::PerRevolution(number)) => (*number, true),
+            Some(Given::Max | Given::Text(_)) => return Ok(None),
+            Some(Given::Auto) => return self.feed_of(super::words::FeedWord::Auto, v.span),
+            None => return Err(v.missing(&table::parameter(key))),
+        };
+        if number.is_nan() || number <= 0.0 {
+            let message = format!("the feed Q{key} must be above zero and is {number}");
+            return Err(v.fault(codes::BAD_VALUE, message, "write a feed"));
         }
+        Ok(Some(if per_revolution {
+            Feed::PerRevolution(number * self.modal.unit())
+        } else {
+            Feed::PerTime(number * if self.modal.inch { 2.54 } else { 1.0 } / 60.0)
+        }))
     }
 
-    /// Feed of a cycle parameter; none means rapid.
-    pub(crate) fn cycle_feed(
-        &self,
-        values: &BTreeMap<u32, Setting>,
-        key: u32,
-        span: Span,
-    ) -> Result<Option<Feed>, Fault> {
-        let wrong = |v: f64| {
-            Fault::new(codes::BAD_VALUE, span, format!("the feed Q{key} must be above zero and is {v}"))
-                .help("write a feed")
-        };
-        match values.get(&key) {
-            Some(Setting::Number(v)) if *v > 0.0 => {
-                Ok(Some(Feed::PerTime(v * if self.modal.inch { 2.54 } else { 1.0 } / 60.0)))
-            }
-            Some(Setting::Number(v)) => Err(wrong(*v)),
-            Some(Setting::Max) => Ok(None),
-            Some(Setting::PerRevolution(v)) if *v > 0.0 => Ok(Some(Feed::PerRevolution(v * self.modal.unit()))),
-            Some(Setting::PerRevolution(v)) => Err(wrong(*v)),
-            Some(Setting::Auto) => self.feed_of(super::words::FeedWord::Auto, span),
-            None => {
-                Err(Fault::new(codes::ARGUMENTS, span, format!("the cycle has no Q{key}"))
-                    .help(format!("write Q{key}=")))
-            }
-        }
+    /// The same where the parameter is written.
+    pub(crate) fn feed_if_written(&self, v: &Values, key: u32) -> Result<Option<Feed>, Fault> {
+        if v.given(key).is_some() { self.cycle_feed(v, key) } else { Ok(None) }
     }
 
     /// Runs the defined cycle at the tool position.
@@ -515,14 +475,14 @@ impl Interpreter {
             None => Err(Fault::new(codes::STRUCTURE, span, "a cycle is called, but none is defined")
                 .help("write CYCL DEF before it")),
             Some(Cycle::Program(name)) => self.call_program(&name, span),
-            Some(Cycle::Drilling { number, values }) => self.drill(number, &values, 0.0, span),
+            Some(Cycle::Fixed(values)) => self.drill(&Values { span, ..values }),
         }
     }
 
     /// CYCL CALL POS X Y Z: to the point, the tool axis as an additional shift of the surface.
     pub(crate) fn cycle_call_pos(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
-        let Some(Cycle::Drilling { number, values }) = self.modal.cycle.clone() else {
+        let Some(Cycle::Fixed(values)) = self.modal.cycle.clone() else {
             return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL POS has no drilling cycle")
                 .help("write CYCL DEF before it"));
         };
@@ -540,7 +500,7 @@ impl Interpreter {
         let [u, v, n] = axes;
         let lift = goal.end.get(n).unwrap_or(0.0);
         let point = [goal.end.get(u).unwrap_or(0.0), goal.end.get(v).unwrap_or(0.0)];
-        self.hole(number, &values, point, lift, rapid, span)?;
+        self.hole(&Values { span, lift, ..values }, point, rapid)?;
         self.functions_after(w, span)?;
         self.functions_last(w);
         Ok(())

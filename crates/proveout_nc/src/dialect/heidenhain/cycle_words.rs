@@ -2,16 +2,11 @@
 
 use super::lexer::{Lexer, refused, unknown};
 use super::words::{Block, CycleValue, OldWord, Param, Pattern, PatternKind, Statement, Value};
+use crate::cycle::heidenhain as table;
 use crate::diagnostic::{Fault, Span};
 
 /// Cycles in the old form, `CYCL DEF 7.1`, that are read.
 const OLD_CYCLES: [u32; 16] = [1, 2, 4, 5, 7, 8, 9, 10, 11, 12, 13, 17, 19, 26, 32, 247];
-/// Cycles in the form with Q parameters that are read.
-pub(crate) const CYCLES: [u32; 34] = [
-    200, 201, 202, 203, 205, 206, 207, 208, 209, 210, 211, 212, 213, 214, 215, 220, 221, 230, 231, 232, 233, 240, 241,
-    247, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265,
-];
-
 /// Cycles that builders of machines add.
 pub(crate) const BUILDER: std::ops::RangeInclusive<u32> = 300..=399;
 
@@ -41,10 +36,12 @@ pub(crate) fn cycle(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Resul
             x.blanks();
             block.statement = if x.s.take(b'.') {
                 let part = x.s.integer().ok_or_else(|| x.unexpected())?;
-                known(number, &OLD_CYCLES, span)?;
+                if !OLD_CYCLES.contains(&number) {
+                    return Err(not_read(number, span));
+                }
                 old_cycle(x, number, part)?
             } else {
-                known(number, &CYCLES, span)?;
+                check_cycle(number, span)?;
                 Statement::Cycle { number, values: cycle_values(x)? }
             };
             Ok(())
@@ -53,12 +50,14 @@ pub(crate) fn cycle(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Resul
     }
 }
 
-/// Refuses cycles that are not read, with a remedy for their kind.
-pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> {
-    // Cycles of the machine builder: a control file says what they mean.
-    if list.contains(&number) || list == CYCLES && BUILDER.contains(&number) {
-        return Ok(());
-    }
+/// Refuses cycles with Q parameters that are not read. Of those of the machine builder a control file says what they mean.
+pub(crate) fn check_cycle(number: u32, span: Span) -> Result<(), Fault> {
+    let read = BUILDER.contains(&number) || number >= 100 && table::spec(number).is_some();
+    if read { Ok(()) } else { Err(not_read(number, span)) }
+}
+
+/// The fault of a cycle that is not read, with a remedy for its kind.
+fn not_read(number: u32, span: Span) -> Fault {
     let remedy = match number {
         267 => "how the tool comes onto the outer thread is not published to the point: write the helix as CP blocks",
         204 => "bore from below needs the dimensions of the boring bar: write its motions with L blocks",
@@ -75,7 +74,7 @@ pub(crate) fn known(number: u32, list: &[u32], span: Span) -> Result<(), Fault> 
         }
         _ => "write its motions with L blocks",
     };
-    Err(refused(&format!("CYCL DEF {number}"), span, remedy))
+    refused(&format!("CYCL DEF {number}"), span, remedy)
 }
 
 fn old_cycle(x: &mut Lexer<'_>, number: u32, part: u32) -> Result<Statement, Fault> {

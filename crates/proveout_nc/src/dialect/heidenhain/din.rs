@@ -428,7 +428,7 @@ fn special_function(
             _ => return Err(missing("L with the label")),
         },
         200..=299 => {
-            cycle_words::known(code, &cycle_words::CYCLES, at)?;
+            cycle_words::check_cycle(code, at)?;
             Statement::Cycle { number: code, values: raw.settings }
         }
         14 | 20..=23 | 34 | 35 | 37 | 43 | 44 | 55..=59 | 74..=78 | 83..=89 | 120..=136 | 300..=499 => {

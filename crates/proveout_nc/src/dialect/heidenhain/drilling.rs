@@ -11,14 +11,12 @@
 //!   depth                  Q203 + Q201   (Q201 negative: towards the workpiece)
 //! ```
 
-use std::collections::BTreeMap;
-
-use super::cycle::Setting;
 use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
 use crate::channel::milling::{Heights, SAME_HEIGHT_MM};
 use crate::channel::{Holes, Stroke, direction_of, direction_of_thread, opposite};
 use crate::codes;
+use crate::cycle::{Given, Values};
 use crate::diagnostic::{Fault, Span};
 use crate::{Feed, Motion, SpindleDirection};
 
@@ -28,8 +26,6 @@ const MAX_INFEEDS: u32 = 10_000;
 const FREE_MM: f64 = 0.2;
 /// Least infeed where the decrement would leave less, mm.
 const LEAST_INFEED_MM: f64 = 1e-6;
-
-type Values = BTreeMap<u32, Setting>;
 
 impl Holes for Heidenhain {
     fn stands_at(channel: &Interpreter, to: f64) -> bool {
@@ -47,61 +43,57 @@ impl Holes for Heidenhain {
     }
 }
 
-impl Interpreter {
-    /// Checks the parameters when the cycle is defined: refuses unsupported ones, a missing Q200
-    /// and a depth of zero.
-    pub(crate) fn check_cycle(&self, number: u32, values: &Values, span: Span) -> Result<(), Fault> {
-        let zero = |key: u32, what: &str, remedy: &str| -> Result<(), Fault> {
-            match values.get(&key) {
-                Some(Setting::Number(v)) if *v != 0.0 => {
-                    Err(super::lexer::refused(&format!("Q{key}={v} ({what})"), span, remedy))
-                }
-                _ => Ok(()),
-            }
-        };
-        zero(
+/// Checks the parameters of a cycle for holes when it is defined: refuses unsupported ones, a missing Q200 and a depth of zero.
+pub(super) fn check_hole(v: &Values) -> Result<(), Fault> {
+    let zeros = [
+        (
             395,
             "depth counted from the cylinder of the drill",
             "it needs the point angle of the tool: write the depth of the tip and Q395=0",
-        )?;
-        zero(
-            343,
-            "depth from the diameter",
-            "it needs the point angle of the tool: write the depth in Q201 and Q343=0",
-        )?;
-        zero(435, "dwell at depth", "write Q435=0")?;
-        zero(401, "feed factor", "write Q401=0")
-            .or_else(|fault| if values.get(&401) == Some(&Setting::Number(100.0)) { Ok(()) } else { Err(fault) })?;
-        self.cycle_number(values, 200, None, span)?;
-        let depth = self.cycle_number(values, 201, None, span)?;
-        if depth == 0.0 {
-            return Err(Fault::new(codes::ARGUMENTS, span, format!("the depth Q201 of cycle {number} is zero"))
-                .help("write a depth below zero"));
+        ),
+        (343, "depth from the diameter", "it needs the point angle of the tool: write the depth in Q201 and Q343=0"),
+        (435, "dwell at depth", "write Q435=0"),
+        (401, "feed factor", "write Q401=0"),
+    ];
+    for (key, what, remedy) in zeros {
+        match v.given(key) {
+            Some(Given::Number(number)) if *number != 0.0 && (key, *number) != (401, 100.0) => {
+                return Err(super::lexer::refused(&format!("Q{key}={number} ({what})"), v.span, remedy));
+            }
+            _ => {}
         }
-        Ok(())
     }
+    v.value(200)?;
+    check_depth(v)
+}
 
-    pub(super) fn mm(&self, values: &Values, key: u32, default: Option<f64>, span: Span) -> Result<f64, Fault> {
-        self.cycle_number(values, key, default, span).map(|v| v * self.modal.unit())
+/// Refuses a depth of zero.
+pub(super) fn check_depth(v: &Values) -> Result<(), Fault> {
+    if v.value(201)? != 0.0 {
+        return Ok(());
     }
+    let message = format!("the depth Q201 of cycle {} is zero", v.name());
+    Err(v.fault(codes::ARGUMENTS, message, "write a depth below zero"))
+}
 
-    pub(super) fn heights(&self, number: u32, values: &Values, lift: f64, span: Span) -> Result<Heights, Fault> {
-        let clearance = self.mm(values, 200, None, span)?;
-        let surface = if number < 100 {
+fn too_many(v: &Values, check: &'static str) -> Fault {
+    v.fault(codes::ARGUMENTS, format!("the cycle would need more than {MAX_INFEEDS} infeeds"), check)
+}
+
+impl Interpreter {
+    pub(super) fn heights(&self, v: &Values) -> Result<Heights, Fault> {
+        let clearance = v.value(200)?;
+        let surface = if v.name().len() < 3 {
             let axis = self.modal.normal;
             self.position.work.get(axis).map(|z| z - clearance).ok_or_else(|| {
-                Fault::new(
-                    codes::POSITION_UNKNOWN,
-                    span,
-                    "the cycle starts at the position of the tool axis, which is not known",
-                )
-                .help("program the tool axis before the cycle")
+                let message = "the cycle starts at the position of the tool axis, which is not known";
+                v.fault(codes::POSITION_UNKNOWN, message, "program the tool axis before the cycle")
             })?
         } else {
-            self.mm(values, 203, Some(0.0), span)? + lift
+            v.value(203)? + v.lift
         };
-        let depth = self.mm(values, 201, None, span)?;
-        let second = surface + self.mm(values, 204, Some(0.0), span)?;
+        let depth = v.value(201)?;
+        let second = surface + v.value(204)?;
         let clear = surface + clearance;
         Ok(Heights {
             clear,
@@ -122,124 +114,99 @@ impl Interpreter {
     }
 
     /// Moves to a hole and runs the cycle there. A tool below the clearance first goes up.
-    pub(crate) fn hole(
-        &mut self,
-        number: u32,
-        values: &Values,
-        point: [f64; 2],
-        lift: f64,
-        rapid: bool,
-        span: Span,
-    ) -> Result<(), Fault> {
-        let [u, v, n] = self.modal.plane_axes();
-        let heights = self.heights(number, values, lift, span)?;
+    pub(crate) fn hole(&mut self, v: &Values, point: [f64; 2], rapid: bool) -> Result<(), Fault> {
+        let [first, second, n] = self.modal.plane_axes();
+        let heights = self.heights(v)?;
         let feed = if rapid { None } else { self.technology.feed };
         if self.position.work.get(n).is_some_and(|z| z < heights.clear) {
-            self.course(&[Stroke::at(heights.clear, feed)], span)?;
+            self.course(&[Stroke::at(heights.clear, feed)], v.span)?;
         }
-        let mut goal = Goal { end: self.position.work, programmed: 1 << u | 1 << v, tool_axis: None };
-        goal.end.put(u, point[0]);
-        goal.end.put(v, point[1]);
-        self.straight(goal, rapid || feed.is_none(), span)?;
-        self.drill(number, values, lift, span)
+        let mut goal = Goal { end: self.position.work, programmed: 1 << first | 1 << second, tool_axis: None };
+        goal.end.put(first, point[0]);
+        goal.end.put(second, point[1]);
+        self.straight(goal, rapid || feed.is_none(), v.span)?;
+        self.drill(v)
     }
 
     /// Runs a drilling or milling cycle at the tool position.
-    pub(crate) fn drill(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
-        if super::milling::CYCLES.contains(&number) {
-            return self.mill(number, values, lift, span);
+    pub(crate) fn drill(&mut self, v: &Values) -> Result<(), Fault> {
+        if super::milling::is_milling(v.name()) {
+            return self.mill(v);
         }
-        if matches!(number, 4 | 5) {
-            return self.old_pocket_here(number, values, span);
+        if matches!(v.name(), "4" | "5") {
+            return self.old_pocket_here(v);
         }
-        let h = self.heights(number, values, lift, span)?;
+        let h = self.heights(v)?;
         let before = self.technology.feed;
-        let num = |this: &Self, key: u32| this.cycle_number(values, key, Some(0.0), span);
         // From below the clearance the tool first goes up; from above it comes down in rapid.
-        self.course(&[Stroke::Rapid(h.clear)], span)?;
-        match number {
-            200 | 1 | 203 | 205 => self.peck(number, values, h, span)?,
-            240 | 201 | 202 => {
-                let down = self.cycle_feed(values, 206, span)?.or(before);
-                self.course(&[Stroke::at(h.depth, down), Stroke::wait(Some(num(self, 211)?))], span)?;
-                match number {
-                    240 => self.course(&[Stroke::Rapid(h.clear)], span)?,
-                    201 => {
-                        let up = self.retraction_feed(values, down, span)?;
-                        self.course(&[Stroke::at(h.clear, up)], span)?;
+        self.course(&[h.approach()], v.span)?;
+        match v.name() {
+            "200" | "1" | "203" | "205" => self.peck(v, h)?,
+            "240" | "201" | "202" => {
+                let down = self.cycle_feed(v, 206)?.or(before);
+                self.course(&[Stroke::at(h.depth, down), Stroke::wait(Some(v.value(211)?))], v.span)?;
+                match v.name() {
+                    "240" => self.course(&[h.approach()], v.span)?,
+                    "201" => {
+                        let up = self.retraction_feed(v, down)?;
+                        self.course(&[Stroke::at(h.clear, up)], v.span)?;
                     }
-                    _ => self.bore_back(values, h, down, span)?,
+                    _ => self.bore_back(v, h, down)?,
                 }
             }
-            206 | 2 => {
-                let feed = self.cycle_feed(values, 206, span)?.or(before);
-                self.course(&[Stroke::at(h.depth, feed), Stroke::wait(Some(num(self, 211)?))], span)?;
+            "206" | "2" => {
+                let feed = self.cycle_feed(v, 206)?.or(before);
+                self.course(&[Stroke::at(h.depth, feed), Stroke::wait(Some(v.value(211)?))], v.span)?;
                 let direction = self.technology.direction;
                 self.turn_spindle(opposite(direction));
-                self.course(&[Stroke::at(h.clear, feed)], span)?;
+                self.course(&[Stroke::at(h.clear, feed)], v.span)?;
                 self.turn_spindle(direction);
             }
-            207 | 17 => self.tap(values, h, None, span)?,
-            209 => {
-                let infeed = self.mm(values, 257, Some(0.0), span)?.abs();
-                self.tap(values, h, (infeed > 0.0).then_some(infeed), span)?;
+            "207" | "17" => self.tap(v, h, None)?,
+            "209" => {
+                let infeed = v.value(257)?.abs();
+                self.tap(v, h, (infeed > 0.0).then_some(infeed))?;
             }
-            241 => self.deep(values, h, span)?,
-            other => {
-                return Err(super::lexer::refused(
-                    &format!("CYCL DEF {other}"),
-                    span,
-                    "write its motions with L blocks",
-                ));
-            }
+            _ => self.deep(v, h)?,
         }
         self.technology.feed = before;
-        self.course(&[Stroke::Rapid(h.second)], span)
+        self.course(&[h.out()], v.span)
     }
 
     /// Q208: feed of retraction. 0 means as down; MAX and none mean rapid.
-    fn retraction_feed(&self, values: &Values, down: Option<Feed>, span: Span) -> Result<Option<Feed>, Fault> {
-        match values.get(&208) {
-            None | Some(Setting::Max) => Ok(None),
-            Some(Setting::Number(v)) if *v == 0.0 => Ok(down),
+    fn retraction_feed(&self, v: &Values, down: Option<Feed>) -> Result<Option<Feed>, Fault> {
+        match v.given(208) {
+            None | Some(Given::Max) => Ok(None),
+            Some(Given::Number(feed)) if *feed == 0.0 => Ok(down),
             // The control reads the input limit as rapid.
-            Some(Setting::Number(v)) if *v >= 99999.0 => Ok(None),
-            _ => self.cycle_feed(values, 208, span),
+            Some(Given::Number(feed)) if *feed >= 99999.0 => Ok(None),
+            _ => self.cycle_feed(v, 208),
         }
     }
 
     /// Cycles 200, 203, 205 and 1: infeeds with full retraction or chip breaking.
-    fn peck(&mut self, number: u32, values: &Values, h: Heights, span: Span) -> Result<(), Fault> {
-        let num = |this: &Self, key: u32, default: f64| this.cycle_number(values, key, Some(default), span);
-        let len = |this: &Self, key: u32, default: f64| {
-            this.cycle_number(values, key, Some(default), span).map(|v| v * this.modal.unit())
-        };
-        let feed = self.cycle_feed(values, 206, span)?.or(self.technology.feed);
-        let up = match number {
-            203 => self.retraction_feed(values, feed, span)?,
-            205 => self.retraction_feed(values, feed, span)?,
-            _ => None,
-        };
-        let dwell_bottom = num(self, 211, 0.0)?;
-        let dwell_top = if number == 205 { 0.0 } else { num(self, 210, 0.0)? };
+    fn peck(&mut self, v: &Values, h: Heights) -> Result<(), Fault> {
+        let span = v.span;
+        let (universal, pecking) = (v.name() == "203", v.name() == "205");
+        let feed = self.cycle_feed(v, 206)?.or(self.technology.feed);
+        let up = if universal || pecking { self.retraction_feed(v, feed)? } else { None };
+        let dwell_bottom = v.value(211)?;
+        let dwell_top = if pecking { 0.0 } else { v.value(210)? };
         // Deepened starting point of 205: the hole begins at Q379 and is reached with Q253.
-        let begin = if number == 205 { len(self, 379, 0.0)?.abs() } else { 0.0 };
+        let begin = if pecking { v.value(379)?.abs() } else { 0.0 };
         let total = (h.depth - h.surface).abs();
-        let infeed = len(self, 202, 0.0)?.abs();
+        let infeed = v.value(202)?.abs();
         let mut step = if infeed > 0.0 { infeed } else { total };
-        let (decrement, least) = if matches!(number, 203 | 205) {
-            (len(self, 212, 0.0)?.abs(), len(self, 205, 0.0)?.abs())
-        } else {
-            (0.0, 0.0)
-        };
-        let breaks = if number == 203 { num(self, 213, 0.0)?.max(0.0) as u32 } else { 0 };
-        let break_after = if number == 205 { len(self, 257, 0.0)?.abs() } else { 0.0 };
-        let break_back = len(self, 256, 0.2)?.abs();
+        let (decrement, least) =
+            if universal || pecking { (v.value(212)?.abs(), v.value(205)?.abs()) } else { (0.0, 0.0) };
+        let breaks = if universal { v.value(213)?.max(0.0) as u32 } else { 0 };
+        let break_after = if pecking { v.value(257)?.abs() } else { 0.0 };
+        let break_back = v.value(256)?.abs();
         let clearance = (h.clear - h.surface).abs();
-        let (ahead_first, ahead_last) = match number {
-            205 => (len(self, 258, 0.2)?.abs(), len(self, 259, 0.2)?.abs()),
+        let (ahead_first, ahead_last) = match v.name() {
+            "205" => (v.value(258)?.abs(), v.value(259)?.abs()),
             // Chosen by the control: 0.6 mm up to 30 mm depth, then depth/50, at most 7 mm.
-            1 => {
+            "1" => {
                 let t = if total <= 30.0 { 0.6 } else { (total / 50.0).min(7.0) };
                 (t, t)
             }
@@ -248,7 +215,7 @@ impl Interpreter {
         let at = |reached: f64| h.surface + h.down * reached;
         let mut reached = 0.0;
         if begin > 0.0 && begin < total {
-            let approach = if values.contains_key(&253) { self.cycle_feed(values, 253, span)? } else { None };
+            let approach = self.feed_if_written(v, 253)?;
             self.course(&[Stroke::at(at(begin) - h.down * clearance, approach)], span)?;
             reached = begin;
         }
@@ -257,12 +224,7 @@ impl Interpreter {
         loop {
             count += 1;
             if count > MAX_INFEEDS || step <= SAME_HEIGHT_MM {
-                return Err(Fault::new(
-                    codes::ARGUMENTS,
-                    span,
-                    format!("the cycle would need more than {MAX_INFEEDS} infeeds"),
-                )
-                .help("check the infeed Q202 and the decrement Q212"));
+                return Err(too_many(v, "check the infeed Q202 and the decrement Q212"));
             }
             let target = if reached + step >= total - SAME_HEIGHT_MM { total } else { reached + step };
             if break_after > 0.0 {
@@ -301,26 +263,22 @@ impl Interpreter {
 
     /// 202: orients the spindle, moves the bar off the wall, retracts it and brings it back to the
     /// middle.
-    fn bore_back(&mut self, values: &Values, h: Heights, down: Option<Feed>, span: Span) -> Result<(), Fault> {
+    fn bore_back(&mut self, v: &Values, h: Heights, down: Option<Feed>) -> Result<(), Fault> {
+        let span = v.span;
         let direction = self.technology.direction;
-        let way = self.cycle_number(values, 214, Some(0.0), span)?;
-        let angle = self.cycle_number(values, 336, Some(0.0), span)?;
+        let (way, angle) = (v.value(214)?, v.value(336)?);
         self.turn_spindle(SpindleDirection::Off);
         self.note(format!("spindle oriented to {angle} degrees"));
-        let [u, v, _] = self.modal.plane_axes();
+        let [first, second, _] = self.modal.plane_axes();
         let (axis, sign) = match way {
             0.0 => (None, 0.0),
-            1.0 => (Some(u), -1.0),
-            2.0 => (Some(v), -1.0),
-            3.0 => (Some(u), 1.0),
-            4.0 => (Some(v), 1.0),
-            _ => {
-                return Err(
-                    Fault::new(codes::ARGUMENTS, span, format!("Q214 takes 0 to 4 and has {way}")).help("write 0 to 4")
-                );
-            }
+            1.0 => (Some(first), -1.0),
+            2.0 => (Some(second), -1.0),
+            3.0 => (Some(first), 1.0),
+            4.0 => (Some(second), 1.0),
+            _ => return Err(v.fault(codes::ARGUMENTS, format!("Q214 takes 0 to 4 and has {way}"), "write 0 to 4")),
         };
-        let up = self.retraction_feed(values, down, span)?;
+        let up = self.retraction_feed(v, down)?;
         if let Some(axis) = axis {
             self.aside(axis, sign * FREE_MM, span)?;
         }
@@ -343,17 +301,19 @@ impl Interpreter {
     }
 
     /// Rigid tapping: down and up coupled to the spindle; with infeeds the chip is broken.
-    fn tap(&mut self, values: &Values, h: Heights, infeed: Option<f64>, span: Span) -> Result<(), Fault> {
-        let pitch = self.mm(values, 239, None, span)?;
+    fn tap(&mut self, v: &Values, h: Heights, infeed: Option<f64>) -> Result<(), Fault> {
+        let span = v.span;
+        let pitch = v.value(239)?;
         if pitch == 0.0 || !pitch.is_finite() {
-            return Err(Fault::new(codes::ARGUMENTS, span, "the pitch Q239 is zero")
-                .help("write the pitch, negative for a left-hand thread"));
+            let help = "write the pitch, negative for a left-hand thread";
+            return Err(v.fault(codes::ARGUMENTS, "the pitch Q239 is zero", help));
         }
         let cut = direction_of_thread(pitch);
         let out = opposite(cut);
         let pitch = pitch.abs();
         let thread = |to: f64, turn: SpindleDirection| Stroke::Thread { to, pitch, turn };
-        let back = self.cycle_number(values, 256, Some(0.0), span)?.abs() * pitch;
+        // A factor of the pitch.
+        let back = v.raw(256)?.unwrap_or(0.0).abs() * pitch;
         let total = (h.depth - h.surface).abs();
         let mut reached = 0.0;
         if let Some(infeed) = infeed {
@@ -361,12 +321,7 @@ impl Interpreter {
             while reached + infeed < total - SAME_HEIGHT_MM {
                 count += 1;
                 if count > MAX_INFEEDS {
-                    return Err(Fault::new(
-                        codes::ARGUMENTS,
-                        span,
-                        format!("the cycle would need more than {MAX_INFEEDS} infeeds"),
-                    )
-                    .help("check Q257"));
+                    return Err(too_many(v, "check Q257"));
                 }
                 reached += infeed;
                 // Q256 zero: retracts out of the hole to clear the chips.
@@ -381,14 +336,14 @@ impl Interpreter {
     }
 
     /// 241: in at low speed to the starting point, drilling, out at low speed.
-    fn deep(&mut self, values: &Values, h: Heights, span: Span) -> Result<(), Fault> {
+    fn deep(&mut self, v: &Values, h: Heights) -> Result<(), Fault> {
+        let span = v.span;
         let (direction, speed) = (self.technology.direction, self.technology.speed);
-        let num = |this: &Self, key: u32, default: f64| this.cycle_number(values, key, Some(default), span);
-        let entry = direction_of(num(self, 426, 5.0)?);
-        let (slow, fast) = (num(self, 427, 0.0)?, num(self, 428, 0.0)?);
-        let feed = self.cycle_feed(values, 206, span)?.or(self.technology.feed);
-        let begin = self.mm(values, 379, Some(0.0), span)?.abs();
-        let approach = if values.contains_key(&253) { self.cycle_feed(values, 253, span)? } else { feed };
+        let entry = direction_of(v.value(426)?);
+        let (slow, fast) = (v.value(427)?, v.value(428)?);
+        let feed = self.cycle_feed(v, 206)?.or(self.technology.feed);
+        let begin = v.value(379)?.abs();
+        let approach = if v.given(253).is_some() { self.cycle_feed(v, 253)? } else { feed };
         self.technology.direction = entry;
         self.technology.speed = Some(slow);
         self.tell_spindle();
@@ -400,21 +355,13 @@ impl Interpreter {
             if direction == SpindleDirection::Off { SpindleDirection::Clockwise } else { direction };
         self.technology.speed = if fast > 0.0 { Some(fast) } else { speed };
         self.tell_spindle();
-        for (key, on) in [(429, true), (430, false)] {
-            if let Some(Setting::Number(code)) = values.get(&key)
-                && on
-            {
-                self.cycle_coolant(*code);
-            }
-        }
-        self.course(&[Stroke::at(h.depth, feed), Stroke::wait(Some(num(self, 211, 0.0)?))], span)?;
-        if let Some(Setting::Number(code)) = values.get(&430) {
-            self.cycle_coolant(*code);
-        }
+        self.cycle_coolant(v, 429);
+        self.course(&[Stroke::at(h.depth, feed), Stroke::wait(Some(v.value(211)?))], span)?;
+        self.cycle_coolant(v, 430);
         self.technology.direction = entry;
         self.technology.speed = Some(slow);
         self.tell_spindle();
-        let up = self.retraction_feed(values, feed, span)?;
+        let up = self.retraction_feed(v, feed)?;
         self.course(&[Stroke::at(h.clear, up)], span)?;
         self.technology.direction = direction;
         self.technology.speed = speed;
@@ -422,10 +369,12 @@ impl Interpreter {
         Ok(())
     }
 
-    fn cycle_coolant(&mut self, code: f64) {
-        match code {
-            7.0 | 8.0 | 9.0 => self.coolant(code as u32),
-            other => self.note(format!("M{other}")),
+    /// The M word that a parameter names.
+    fn cycle_coolant(&mut self, v: &Values, key: u32) {
+        match v.given(key) {
+            Some(Given::Number(code @ (7.0 | 8.0 | 9.0))) => self.coolant(*code as u32),
+            Some(Given::Number(other)) => self.note(format!("M{other}")),
+            _ => {}
         }
     }
 }

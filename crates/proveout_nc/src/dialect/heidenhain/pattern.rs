@@ -1,11 +1,10 @@
 //! Hole patterns: cycles 220 (circle) and 221 (rows), PATTERN DEF with CYCL CALL PAT.
 
-use std::collections::BTreeMap;
-
-use super::cycle::{Cycle, Setting};
+use super::cycle::Cycle;
 use super::interpreter::Interpreter;
 use super::words::{Pattern, PatternKind, Words};
 use crate::codes;
+use crate::cycle::{Given, Key, Values};
 use crate::diagnostic::{Fault, Span};
 
 /// Most holes of a pattern.
@@ -13,64 +12,56 @@ const MAX_HOLES: f64 = 100_000.0;
 
 impl Interpreter {
     /// 220 and 221 run the drilling cycle before them at once; Q200, Q203, Q204 of the pattern replace those of the cycle.
-    pub(crate) fn pattern_cycle(&mut self, pattern: u32, p: &BTreeMap<u32, Setting>, span: Span) -> Result<(), Fault> {
-        self.settle_contour(span)?;
-        let Some(Cycle::Drilling { number, mut values }) = self.modal.cycle.clone() else {
-            return Err(Fault::new(
-                codes::STRUCTURE,
-                span,
-                format!("CYCL DEF {pattern} has no drilling cycle before it"),
-            )
-            .help("define the drilling cycle first"));
+    pub(crate) fn pattern_cycle(&mut self, p: &Values) -> Result<(), Fault> {
+        self.settle_contour(p.span)?;
+        let Some(Cycle::Fixed(defined)) = self.modal.cycle.clone() else {
+            let message = format!("CYCL DEF {} has no drilling cycle before it", p.name());
+            return Err(p.fault(codes::STRUCTURE, message, "define the drilling cycle first"));
         };
-        for key in [200, 203, 204] {
-            if let Some(value) = p.get(&key) {
-                values.insert(key, *value);
+        let mut values = Values { span: p.span, ..defined };
+        for key in [200, 203, 204].map(Key::Q) {
+            if let Some(value) = p.given.get(&key) {
+                values.given.insert(key, value.clone());
             }
         }
-        let unit = self.modal.unit();
-        let need = |key: u32| self.cycle_number(p, key, None, span);
-        let count = |value: f64| {
+        let count = |key: u32| {
+            let value = p.value(key)?;
             if (1.0..=MAX_HOLES).contains(&value) && value.fract() == 0.0 {
                 return Ok(value as u32);
             }
-            Err(Fault::new(codes::ARGUMENTS, span, format!("the pattern has {value} holes in a row"))
-                .help("write a whole number from 1"))
+            let message = format!("the pattern has {value} holes in a row");
+            Err(p.fault(codes::ARGUMENTS, message, "write a whole number from 1"))
         };
         let mut points = Vec::new();
-        let mut between_clear = false;
-        if pattern == 220 {
-            let center = [need(216)? * unit, need(217)? * unit];
-            let radius = 0.5 * need(244)? * unit;
-            let (start, stop) = (need(245)?, self.cycle_number(p, 246, Some(360.0), span)?);
-            let holes = count(need(241)?)?;
-            let step = match self.cycle_number(p, 247, Some(0.0), span)? {
+        if p.name() == "220" {
+            let center = [p.value(216)?, p.value(217)?];
+            let radius = 0.5 * p.value(244)?;
+            let (start, stop) = (p.value(245)?, p.value(246)?);
+            let holes = count(241)?;
+            let step = match p.value(247)? {
                 0.0 => {
                     let full = ((stop - start).abs() % 360.0) == 0.0;
                     (stop - start) / f64::from(if full { holes } else { (holes - 1).max(1) })
                 }
                 step => step,
             };
-            if self.cycle_number(p, 365, Some(0.0), span)? != 0.0 {
-                return Err(super::lexer::refused(
-                    "Q365=1 (way between the holes on the circle)",
-                    span,
-                    "write Q365=0",
-                ));
+            if p.value(365)? != 0.0 {
+                let word = "Q365=1 (way between the holes on the circle)";
+                return Err(super::lexer::refused(word, p.span, "write Q365=0"));
             }
             for i in 0..holes {
                 let (s, c) = crate::frame::sin_cos_degrees(start + step * f64::from(i));
                 points.push([center[0] + radius * c, center[1] + radius * s]);
             }
         } else {
-            let start = [need(225)? * unit, need(226)? * unit];
-            let (du, dv) = (need(237)? * unit, need(238)? * unit);
-            let (columns, rows) = (count(need(242)?)?, count(need(243)?)?);
+            let start = [p.value(225)?, p.value(226)?];
+            let (du, dv) = (p.value(237)?, p.value(238)?);
+            let (columns, rows) = (count(242)?, count(243)?);
             if f64::from(columns) * f64::from(rows) > MAX_HOLES {
-                return Err(Fault::new(codes::ARGUMENTS, span, "the pattern has more than 100 000 holes")
-                    .help("check Q242 and Q243"));
+                let message = "the pattern has more than 100 000 holes";
+                return Err(p.fault(codes::ARGUMENTS, message, "check Q242 and Q243"));
             }
-            let (s, c) = crate::frame::sin_cos_degrees(self.cycle_number(p, 224, Some(0.0), span)?);
+            let (s, c) = crate::frame::sin_cos_degrees(p.value(224)?);
             for row in 0..rows {
                 for i in 0..columns {
                     // Every second row runs back.
@@ -80,28 +71,26 @@ impl Interpreter {
                 }
             }
         }
-        if self.cycle_number(p, 301, Some(1.0), span)? == 0.0 {
-            // Between the holes the tool stays at the set-up clearance.
-            between_clear = true;
-        }
+        // Between the holes the tool stays at the set-up clearance.
+        let between_clear = p.value(301)? == 0.0;
         let last = points.len().saturating_sub(1);
-        let second = values.get(&204).copied();
+        let second = values.given(204).cloned();
         for (i, point) in points.into_iter().enumerate() {
             if between_clear && i < last {
-                values.insert(204, Setting::Number(0.0));
-            } else if let Some(second) = second {
-                values.insert(204, second);
+                values.put(204, 0.0);
+            } else if let Some(second) = &second {
+                values.given.insert(Key::Q(204), second.clone());
             }
             // The way to the first hole begins above the second clearance.
             if i == 0 {
-                let surface = self.cycle_number(&values, 203, Some(0.0), span)? * unit;
+                let surface = values.value(203)?;
                 let high = match second {
-                    Some(Setting::Number(v)) => surface + v * unit,
+                    Some(Given::Number(above)) => surface + above * values.length,
                     _ => surface,
                 };
-                self.lift_to(high.max(surface + self.cycle_number(&values, 200, None, span)? * unit), span)?;
+                self.lift_to(high.max(surface + values.value(200)?), p.span)?;
             }
-            self.hole(number, &values, point, 0.0, true, span)?;
+            self.hole(&values, point, true)?;
         }
         Ok(())
     }
@@ -120,7 +109,7 @@ impl Interpreter {
     /// CYCL CALL PAT: the cycle at every point of PATTERN DEF; Z of a point lifts the surface.
     pub(crate) fn cycle_call_pattern(&mut self, w: &Words, span: Span) -> Result<(), Fault> {
         self.settle_contour(span)?;
-        let Some(Cycle::Drilling { number, values }) = self.modal.cycle.clone() else {
+        let Some(Cycle::Fixed(values)) = self.modal.cycle.clone() else {
             return Err(Fault::new(codes::STRUCTURE, span, "CYCL CALL PAT has no drilling cycle")
                 .help("write CYCL DEF before it"));
         };
@@ -135,7 +124,7 @@ impl Interpreter {
         let rapid = self.feed_word(w, span)? || self.technology.feed.is_none();
         for pattern in self.modal.pattern.clone() {
             for p in self.points_of(&pattern, span)? {
-                self.hole(number, &values, [p[0], p[1]], p[2], rapid, span)?;
+                self.hole(&Values { span, lift: p[2], ..values.clone() }, [p[0], p[1]], rapid)?;
             }
         }
         self.functions_after(w, span)?;

@@ -118,9 +118,7 @@ impl Interpreter {
                 }
                 Ok(Frame::rpy([value("SPA")?, value("SPB")?, value("SPC")?]))
             }
-            PlaneKind::Euler => Ok(Frame::rotation(2, value("EULPR")?)
-                .then(&Frame::rotation(0, value("EULNU")?))
-                .then(&Frame::rotation(2, value("EULROT")?))),
+            PlaneKind::Euler => Ok(Frame::turned([(2, value("EULPR")?), (0, value("EULNU")?), (2, value("EULROT")?)])),
             PlaneKind::Vector => basis(vector(["BX", "BY", "BZ"])?, vector(["NX", "NY", "NZ"])?, span),
             PlaneKind::Points => {
                 let (a, b, c) =
@@ -387,9 +385,7 @@ fn basis(x: [f64; 3], normal: [f64; 3], span: Span) -> Result<Frame, Fault> {
     };
     let z = frame::unit(normal).ok_or_else(degenerate)?;
     let y = frame::unit(frame::cross(z, frame::unit(x).ok_or_else(degenerate)?)).ok_or_else(degenerate)?;
-    let x = frame::cross(y, z);
-    let linear = std::array::from_fn(|row| [x[row] + 0.0, y[row] + 0.0, z[row] + 0.0]);
-    Ok(Frame { linear, ..Frame::IDENTITY })
+    Ok(Frame::of_axes([0.0; 3], [frame::cross(y, z), y, z]))
 }
 
 #[cfg(test)]

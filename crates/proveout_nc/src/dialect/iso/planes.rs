@@ -22,6 +22,34 @@ use crate::frame::{self, Frame};
 /// Two directions that should be square may miss it by this sine: vectors are written with three decimals.
 const SQUARE: f64 = 2e-3;
 
+/// How a word gives a plane by turns about X, Y and Z.
+pub(super) struct Turns {
+    word: &'static str,
+    /// Order of the axes where Q is left out.
+    usual: f64,
+    /// The axes stay where they are; else each turn is about an axis as the turns before have left it.
+    fixed: bool,
+    assumed: &'static str,
+    /// Number of angles other than zero from which on this is assumed.
+    assumed_from: usize,
+}
+
+const FIXED_AXES: Turns = Turns {
+    word: "G68.2 P1",
+    usual: 123.0,
+    fixed: true,
+    assumed: "the angles of G68.2 P1 turn about the axes before it, which stay where they are, in the order of Q (123 without it)",
+    assumed_from: 2,
+};
+/// G268 of a Haas.
+pub(super) const FEATURE: Turns = Turns {
+    word: "G268",
+    usual: 321.0,
+    fixed: false,
+    assumed: "the angles I, J, K of G268 turn about X, Y and Z as the turns before have left them, in the order of Q (321 without it)",
+    assumed_from: 1,
+};
+
 /// What blocks of G68.2 P2 or P3 have said of a plane that is not complete yet.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PlaneParts {
@@ -44,10 +72,10 @@ impl Interpreter {
         match form {
             0.0 => {
                 let [i, j, k] = angles(p);
-                let turned = Frame::rotation(2, i).then(&Frame::rotation(0, j)).then(&Frame::rotation(2, k));
+                let turned = Frame::turned([(2, i), (0, j), (2, k)]);
                 Ok(Some(Frame::translation(self.plane_origin(p)).then(&turned)))
             }
-            1.0 => self.roll_pitch_yaw(p, span).map(Some),
+            1.0 => self.plane_of_turns(p, &FIXED_AXES, span).map(Some),
             2.0 => self.three_points(p, span),
             3.0 => self.two_vectors(p, span),
             4.0 => self.projection_angles(p, span).map(Some),
@@ -67,42 +95,24 @@ impl Interpreter {
         [b'X', b'Y', b'Z'].map(|letter| self.length_of(p, letter).unwrap_or(0.0))
     }
 
-    fn roll_pitch_yaw(&mut self, p: &mut Pending, span: Span) -> Result<Frame, Fault> {
-        let order = p.take(b'Q').unwrap_or(123.0);
+    /// Turns by I, J, K about X, Y, Z, in the order of the digits of Q.
+    pub(super) fn plane_of_turns(&mut self, p: &mut Pending, form: &Turns, span: Span) -> Result<Frame, Fault> {
+        let order = p.take(b'Q').unwrap_or(form.usual);
         let Some(axes) = order_of(order) else {
-            let message = format!("G68.2 P1 Q{order}: Q names the axes 1, 2 and 3 in the order of their turns");
+            let message = format!("{} Q{order}: Q names the axes 1, 2 and 3 in the order of their turns", form.word);
             return Err(Fault::new(codes::BAD_VALUE, span, message).help("write Q123, Q132, Q213, Q231, Q312 or Q321"));
         };
         let origin = self.plane_origin(p);
         let given = angles(p);
-        if given.iter().filter(|angle| **angle != 0.0).count() > 1 {
-            self.assume(
-                "the angles of G68.2 P1 turn about the axes before it, which stay where they are, in the order of Q (123 without it)",
-            );
+        if given.iter().filter(|angle| **angle != 0.0).count() >= form.assumed_from {
+            self.assume(form.assumed);
         }
-        // Turns about fixed axes: the later one is the left factor.
-        let turned =
-            axes.into_iter().fold(Frame::IDENTITY, |before, axis| Frame::rotation(axis, given[axis]).then(&before));
-        Ok(Frame::translation(origin).then(&turned))
-    }
-
-    /// The plane of G268: turns about the axes that the turns before have left, in the order of Q (321 without it).
-    pub(super) fn feature_of_block(&mut self, p: &mut Pending, span: Span) -> Result<Frame, Fault> {
-        let order = p.take(b'Q').unwrap_or(321.0);
-        let Some(axes) = order_of(order) else {
-            let message = format!("G268 Q{order}: Q names the axes 1, 2 and 3 in the order of their turns");
-            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write Q123, Q132, Q213, Q231, Q312 or Q321"));
-        };
-        let origin = self.plane_origin(p);
-        let given = angles(p);
-        if given.iter().any(|angle| *angle != 0.0) {
-            self.assume(
-                "the angles I, J, K of G268 turn about X, Y and Z as the turns before have left them, in the order of Q (321 without it)",
-            );
+        let mut turns = axes.map(|axis| (axis, given[axis]));
+        if form.fixed {
+            // Turns about fixed axes: the later one is the left factor.
+            turns.reverse();
         }
-        let turned =
-            axes.into_iter().fold(Frame::IDENTITY, |before, axis| before.then(&Frame::rotation(axis, given[axis])));
-        Ok(Frame::translation(origin).then(&turned))
+        Ok(Frame::translation(origin).then(&Frame::turned(turns)))
     }
 
     fn three_points(&mut self, p: &mut Pending, span: Span) -> Result<Option<Frame>, Fault> {
@@ -197,8 +207,7 @@ fn unknown_form(form: f64, span: Span) -> Fault {
 
 /// The frame with this origin and these directions of x and z, which are square to each other.
 fn upright(origin: [f64; 3], x: [f64; 3], z: [f64; 3]) -> Frame {
-    let y = frame::cross(z, x);
-    Frame { linear: std::array::from_fn(|row| [x[row], y[row], z[row]]), ..Frame::translation(origin) }
+    Frame::of_axes(origin, [x, frame::cross(z, x), z])
 }
 
 /// Axes in the order of the digits of Q: 1 is X.

@@ -20,6 +20,7 @@ use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::modal::{Length, Plane};
 use super::pending::{AXES, Pending};
+use super::planes::FEATURE;
 use super::technology::LINEAR;
 use super::words::Group;
 use crate::codes;
@@ -125,7 +126,7 @@ impl Interpreter {
                 Fault::new(codes::CONFLICT, span, "G268 under G234 or G254").help("write G49 or G255 before it")
             );
         }
-        let plane = self.feature_of_block(p, span)?;
+        let plane = self.plane_of_turns(p, &FEATURE, span)?;
         self.plane_in_force(plane, "G268");
         Ok(())
     }
@@ -384,8 +385,7 @@ impl Interpreter {
         }
         let degrees = |angle: Option<f64>| angle.unwrap_or(0.0).to_degrees();
         self.begin();
-        self.modal.frames.plane =
-            Frame::rotation(2, degrees(c)).then(&Frame::rotation(1, degrees(b))).then(&Frame::rotation(0, degrees(a)));
+        self.modal.frames.plane = Frame::rpy([a, b, c].map(degrees));
         self.modal.plane = Plane::Dynamic;
         self.position.forget(LINEAR);
         let total = self.modal.frames.total(self.own.flavor);

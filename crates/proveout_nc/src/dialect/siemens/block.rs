@@ -414,7 +414,7 @@ impl Interpreter {
         let values = self.arguments(call, span)?;
         // Number of the data set, direction of the tool, offsets of the rotary axes.
         for (at, standard) in [1.0, 0.0, 0.0, 1.0, 0.0, 0.0].into_iter().enumerate() {
-            let Some(value) = super::frames::number(&values, at, "TRAORI", span)?.filter(|v| *v != standard) else {
+            let Some(value) = number(&values, at, "TRAORI", span)?.filter(|v| *v != standard) else {
                 continue;
             };
             let what = match at {
@@ -560,5 +560,17 @@ fn g_fault(code: u32, span: Span) -> Fault {
         Some(remedy) => refused(&format!("G{code}"), span, remedy),
         None => Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `G{code}`"))
             .help("see the coverage table for the G words that are read"),
+    }
+}
+
+/// An argument that must be a number.
+fn number(values: &[Option<Val>], at: usize, name: &str, span: Span) -> Result<Option<f64>, Fault> {
+    match values.get(at) {
+        None | Some(None) => Ok(None),
+        Some(Some(Val::Number(number))) => Ok(Some(*number)),
+        Some(Some(Val::Text(text))) => {
+            let message = format!("argument {} of `{name}` is the text \"{text}\"", at + 1);
+            Err(Fault::new(codes::ARGUMENTS, span, message).help("write a number there"))
+        }
     }
 }

@@ -11,19 +11,16 @@
 
 use std::sync::Arc;
 
-use super::frames::number;
 use super::interpreter::{CallLevel, Interpreter, Loaded, Siemens};
-use super::parser::Call;
 use crate::channel::Language;
 use crate::channel::Section;
 use crate::channel::corners::Cornering;
 use crate::channel::doubt::Stage;
 use crate::channel::shape::{Leg, Pass, Point};
 use crate::codes;
+use crate::cycle::Values;
 use crate::diagnostic::{Fault, Span};
 use crate::{Command, Feed, Op};
-
-use super::eval::Val;
 
 /// Most blocks of a contour.
 const MAX_BLOCKS: usize = 20_000;
@@ -55,55 +52,48 @@ impl Named {
     }
 }
 
-fn text_of(values: &[Option<Val>], at: usize) -> Option<&str> {
-    match values.get(at) {
-        Some(Some(Val::Text(text))) if !text.trim().is_empty() => Some(text),
-        _ => None,
-    }
-}
-
 impl Interpreter {
-    /// CYCLE62(KNAME, TYPE, LAB1, LAB2).
-    pub(super) fn contour_call(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
-        const NAME: &str = "CYCLE62";
-        let values = self.arguments(call, span)?;
+    /// CYCLE62
+    pub(super) fn contour_call(&mut self, v: &Values) -> Result<(), Fault> {
         let missing = |what: &str| {
-            Fault::new(codes::ARGUMENTS, span, format!("`{NAME}` has no {what}"))
-                .help("write CYCLE62(\"PART\",1,,) or CYCLE62(,2,\"FIRST\",\"LAST\")")
+            let message = format!("`CYCLE62` has no {what}");
+            v.fault(codes::ARGUMENTS, message, "write CYCLE62(\"PART\",1,,) or CYCLE62(,2,\"FIRST\",\"LAST\")")
         };
-        let named = match number(&values, 1, NAME, span)?.unwrap_or(0.0) {
-            0.0 | 1.0 => Named::of(text_of(&values, 0).ok_or_else(|| missing("name of a contour (argument 1)"))?),
+        let named = match v.value("TYPE")? {
+            0.0 | 1.0 => Named::of(v.text("KNAME").ok_or_else(|| missing("name of a contour (argument 1)"))?),
             2.0 => {
-                let label = |at: usize| text_of(&values, at).map(|t| t.trim().to_ascii_uppercase());
-                match (label(2), label(3)) {
+                let label = |name: &str| v.text(name).map(|text| text.trim().to_ascii_uppercase());
+                match (label("LAB1"), label("LAB2")) {
                     (Some(first), Some(last)) => Named::Labels(first, last),
                     _ => return Err(missing("two labels (arguments 3 and 4)")),
                 }
             }
             other => {
-                let message = format!("`{NAME}` with the kind of call {other} (argument 2) is not supported");
-                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
-                    .help("0 is a subprogram, 1 a contour of this program, 2 two labels of this program"));
+                let message = format!("`CYCLE62` with the kind of call {other} (argument 2) is not supported");
+                let help = "0 is a subprogram, 1 a contour of this program, 2 two labels of this program";
+                return Err(v.fault(codes::UNSUPPORTED_WORD, message, help));
             }
         };
-        self.note(format!("{NAME}: contour {}", named.text()));
+        self.note(format!("CYCLE62: contour {}", named.text()));
         self.own.contours.push(named);
         Ok(())
     }
 
     /// The contour that the argument names, or else the one called by CYCLE62.
-    pub(super) fn named_contour(&mut self, name: &str, values: &[Option<Val>], span: Span) -> Result<Named, Fault> {
+    pub(super) fn named_contour(&mut self, v: &Values) -> Result<Named, Fault> {
         let called = std::mem::take(&mut self.own.contours);
-        if let Some(text) = text_of(values, 0) {
+        if let Some(text) = v.text("KNAME") {
             return Ok(Named::of(text));
         }
         match called.as_slice() {
             [one] => Ok(one.clone()),
-            [] => Err(Fault::new(codes::ARGUMENTS, span, format!("`{name}` names no contour (argument 1)"))
-                .help("write its name, or call it with CYCLE62 before the cycle")),
+            [] => {
+                let message = format!("`{}` names no contour (argument 1)", v.name());
+                Err(v.fault(codes::ARGUMENTS, message, "write its name, or call it with CYCLE62 before the cycle"))
+            }
             more => {
-                let message = format!("`{name}` mills one contour, and CYCLE62 has called {}", more.len());
-                Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("call one contour before each cycle"))
+                let message = format!("`{}` mills one contour, and CYCLE62 has called {}", v.name(), more.len());
+                Err(v.fault(codes::UNSUPPORTED_WORD, message, "call one contour before each cycle"))
             }
         }
     }

@@ -1,8 +1,6 @@
 //! CYCLE72: milling along a contour.
 //!
 //! ```text
-//!   CYCLE72(KNAME, RTP, RFP, SDIS, DP, MID, FAL, FALD, FFP1, FFD, VARI, RL, AS1, LP1, FF3, AS2, LP2, UMODE, FS, ZFS, GMODE, DMODE, AMODE)
-//!
 //!      RTP   - - o . . . . . . . . . o      VARI: units 1 rough, 2 finish; tens 1: ways between in FF3, else rapid;
 //!                :                   ^            hundreds: lift to RTP, to RFP + SDIS, by SDIS, not at all
 //!      RFP+SDIS  v                   |      RL:   40, 41 left, 42 right of the contour
@@ -14,13 +12,12 @@
 //! "Programming cycles externally" (places of the arguments up to LP2 and digits of VARI). DMODE and AMODE from memory. The contour
 //! is given with cutter compensation on, as under G41 and G42, so that its corners are those of the control.
 
-use super::contour::Named;
 use super::interpreter::Interpreter;
-use super::milling::{LEAST_SHARE_MM, Words, share};
-use super::parser::Call;
+use super::milling::{LEAST_SHARE_MM, share};
 use crate::channel::milling::{self, Heights};
 use crate::channel::shape::{Leg, Pass, Place, Point};
 use crate::codes;
+use crate::cycle::Values;
 use crate::diagnostic::{Fault, Span};
 use crate::{CompSide, CutterComp, Feed, Op};
 
@@ -55,52 +52,39 @@ struct Course {
 
 impl Interpreter {
     /// Runs CYCLE72.
-    pub(super) fn path_milling(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
-        let values = self.arguments(call, span)?;
-        let named = self.named_contour(&call.name, &values, span)?;
-        // The arguments are counted as in the other cycles, whose first argument is the retraction
-        // plane.
-        let words = Words::behind_first(&call.name, &values, self.modal.units.length(), span);
-        let before = self.technology.feed;
-        self.mill_contour(&named, &words)?;
-        if self.technology.feed != before && before.is_some() {
-            self.set_feed(before);
-        }
-        Ok(())
-    }
-
-    fn mill_contour(&mut self, named: &Named, words: &Words<'_>) -> Result<(), Fault> {
-        let span = words.span;
-        words.no_more(22)?;
-        words.mode_planes(20, self.modal.normal)?;
-        let h = words.heights_by_mode(words.digit(21, 1.0)?)?;
-        let (infeed, side_allowance, floor) = (words.size(4)?, words.size(5)?, words.size(6)?);
-        let (mill, down) = (self.milling_feed(words, 7)?, self.milling_feed(words, 8)?);
-        let vari = words.number(9)?.unwrap_or(1.0);
+    pub(super) fn path_milling(&mut self, v: &Values) -> Result<(), Fault> {
+        let span = v.span;
+        let named = self.named_contour(v)?;
+        v.no_more()?;
+        v.check_plane(self.modal.normal)?;
+        let h = v.heights_by_mode(["RTP", "RFP", "SDIS", "DP"])?;
+        let (infeed, side_allowance, floor) = (v.value("MID")?, v.value("FAL")?, v.value("FALD")?);
+        let (mill, down) = (self.milling_feed(v, "FFP1")?, self.milling_feed(v, "FFD")?);
+        let vari = v.value("VARI")?;
         if vari.fract() != 0.0 || !(0.0..1000.0).contains(&vari) {
             let message = format!("VARI of `CYCLE72` is {vari}");
             let help = "1 or 2, tens 0 or 1, hundreds 0 to 3; a contour run backwards is not supported";
-            return Err(words.fault(codes::UNSUPPORTED_WORD, message, help));
+            return Err(v.fault(codes::UNSUPPORTED_WORD, message, help));
         }
         let vari = vari as u32;
-        let finishing = words.finishes(vari % 10)?;
-        let side = match words.number(10)?.unwrap_or(41.0) {
+        let finishing = v.finishes(vari % 10)?;
+        let side = match v.value("RL")? {
             40.0 => CompSide::Off,
             41.0 => CompSide::Left,
             42.0 => CompSide::Right,
             other => {
                 let message = format!("RL of `CYCLE72` is {other}");
-                return Err(words.fault(codes::ARGUMENTS, message, "40 on the contour, 41 left, 42 right of it"));
+                return Err(v.fault(codes::ARGUMENTS, message, "40 on the contour, 41 left, 42 right of it"));
             }
         };
-        let radius = if side == CompSide::Off { None } else { self.tool_radius(words)? };
+        let radius = if side == CompSide::Off { None } else { self.tool_radius(v)? };
         let allowance = if finishing || side == CompSide::Off { 0.0 } else { side_allowance };
         let beside = radius.map_or(0.0, |r| r + allowance);
-        let on = Way::read(words, 11, None, side)?;
-        let off = Way::read(words, 14, Some(on), side)?;
-        let path = self.contour(named, span)?;
+        let on = Way::read(v, ["AS1", "LP1"], None, side)?;
+        let off = Way::read(v, ["AS2", "LP2"], Some(on), side)?;
+        let path = self.contour(&named, span)?;
         let left = side != CompSide::Right;
-        let between = if vari / 10 % 10 == 1 { self.milling_feed(words, 13)? } else { None };
+        let between = if vari / 10 % 10 == 1 { self.milling_feed(v, "FF3")? } else { None };
         let course = Course {
             on: on.onto(&path, beside, left),
             off: off.onto(&path.reversed(), beside, !left).reversed(),
@@ -117,13 +101,13 @@ impl Interpreter {
         };
         if course.lift > 3 {
             let message = format!("the hundreds of VARI of `CYCLE72` are {}", course.lift);
-            return Err(words.fault(codes::ARGUMENTS, message, "0 to 3 say how the tool lifts at the end"));
+            return Err(v.fault(codes::ARGUMENTS, message, "0 to 3 say how the tool lifts at the end"));
         }
         let total = (h.depth - h.surface).abs() - if finishing { 0.0 } else { floor };
         let step = share(total, infeed);
         if !(total > 0.0 && total / step.max(LEAST_SHARE_MM) <= MAX_INFEEDS as f64) {
             let message = format!("`CYCLE72` would need no infeed or more than {MAX_INFEEDS}");
-            return Err(words.fault(codes::ARGUMENTS, message, "check DP, FALD and MID"));
+            return Err(v.fault(codes::ARGUMENTS, message, "check DP, FALD and MID"));
         }
         let unknown = radius.is_none() && side != CompSide::Off;
         self.assume(format!(
@@ -193,37 +177,33 @@ impl Interpreter {
 }
 
 impl Way {
-    fn read(words: &Words<'_>, at: usize, usual: Option<Self>, side: CompSide) -> Result<Self, Fault> {
-        // AS1, LP1, FF3, AS2, LP2.
-        let kind = match (words.number(at)?.filter(|v| *v != 0.0), usual) {
+    fn read(v: &Values, [form, size]: [&str; 2], usual: Option<Self>, side: CompSide) -> Result<Self, Fault> {
+        let kind = match (v.get(form)?.filter(|v| *v != 0.0), usual) {
             (None, Some(usual)) => return Ok(usual),
             (kind, _) => kind.unwrap_or(1.0),
         };
         let number = if kind.fract() == 0.0 && (1.0..20.0).contains(&kind) { kind as u32 } else { 0 };
         let (in_space, units) = (number / 10 == 1, number % 10);
         if !(1..=3).contains(&units) {
-            let message = format!("the approach of `{}` (argument {}) is {kind}", words.name, words.place(at));
-            return Err(words.fault(
+            let message = format!("the approach of `{}` (argument {}) is {kind}", v.name(), v.place(form));
+            return Err(v.fault(
                 codes::UNSUPPORTED_WORD,
                 message,
                 "1 straight, 2 quarter circle, 3 half circle; 11, 12 and 13 in space",
             ));
         }
         if side == CompSide::Off && units != 1 {
-            let message = format!("`{}` comes onto a contour with RL 40 on a circle", words.name);
-            return Err(words.fault(codes::ARGUMENTS, message, "write AS1 and AS2 as 1, or RL as 41 or 42"));
+            let message = format!("`{}` comes onto a contour with RL 40 on a circle", v.name());
+            return Err(v.fault(codes::ARGUMENTS, message, "write AS1 and AS2 as 1, or RL as 41 or 42"));
         }
-        let length = match (words.size(at + 1)?, usual) {
+        let length = match (v.value(size)?, usual) {
             (0.0, Some(usual)) if usual.kind == units => usual.length,
             (length, _) => length,
         };
         if length <= 0.0 && units != 1 {
-            let message = format!(
-                "the radius of the approach of `{}` (argument {}) is not above zero",
-                words.name,
-                words.place(at + 1)
-            );
-            return Err(words.fault(codes::ARGUMENTS, message, "write LP1 and LP2"));
+            let message =
+                format!("the radius of the approach of `{}` (argument {}) is not above zero", v.name(), v.place(size));
+            return Err(v.fault(codes::ARGUMENTS, message, "write LP1 and LP2"));
         }
         Ok(Self { kind: units, in_space, length })
     }

@@ -14,6 +14,7 @@ use super::parser::Call;
 use super::pending::{FrameWord, Pending};
 use crate::channel::Language;
 use crate::codes;
+use crate::cycle::Values;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
 use crate::machine_data::KinematicsKind;
@@ -176,30 +177,29 @@ impl Interpreter {
 
     /// `CYCLE832(tolerance, mode, orientation tolerance)`; without arguments it returns to the
     /// previous mode.
-    pub(crate) fn cycle832(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
-        let values = self.arguments(call, span)?;
-        let tolerance = number(&values, 0, "CYCLE832", span)?;
+    pub(crate) fn cycle832(&mut self, v: &Values) -> Result<(), Fault> {
+        let tolerance = v.get("TOL")?;
         // The last digit of the mode is the kind of machining, 0 switches it off; older programs
         // code more in higher digits.
-        let mode = number(&values, 1, "CYCLE832", span)?.unwrap_or(if tolerance.is_some() { 1.0 } else { 0.0 });
+        let mode = v.get("MODE")?.unwrap_or(if tolerance.is_some() { 1.0 } else { 0.0 });
         if mode.round().rem_euclid(10.0) == 0.0 {
             let before = self.modal.mode_before_cycle832.take().unwrap_or(self.modal.path_mode);
             self.path_mode(before);
             return Ok(());
         }
         let Some(tolerance) = tolerance.filter(|t| *t >= 0.0) else {
-            return Err(Fault::new(codes::ARGUMENTS, span, "CYCLE832 needs a tolerance that is not negative")
-                .help("write CYCLE832(0.02,1)"));
+            let message = "CYCLE832 needs a tolerance that is not negative";
+            return Err(v.fault(codes::ARGUMENTS, message, "write CYCLE832(0.02,1)"));
         };
         // 11 to 13: the third argument is the tolerance of the orientation, degrees.
         let kind = if mode < 1000.0 { mode.rem_euclid(100.0) } else { mode };
         let with_orientation = (11.0..=13.0).contains(&kind);
-        let orientation = if with_orientation { number(&values, 2, "CYCLE832", span)? } else { None };
+        let orientation = if with_orientation { v.get("OTOL")? } else { None };
         if self.modal.mode_before_cycle832.is_none() {
             self.modal.mode_before_cycle832 = Some(self.modal.path_mode);
         }
         self.path_mode(PathMode::Continuous {
-            tolerance: Some(tolerance * self.modal.units.length()),
+            tolerance: Some(tolerance),
             orientation_tolerance: orientation.filter(|o| *o >= 0.0).map(f64::to_radians),
         });
         Ok(())
@@ -213,18 +213,18 @@ impl Interpreter {
     /// the plane, with the lower (below zero) or the higher angle of the reference axis. This is
     /// emitted as a rapid motion that carries only the tool axis, before tool center point control
     /// goes on, so that the linear axes do not move.
-    pub(crate) fn cycle800(&mut self, call: &Call, span: Span) -> Result<(), Fault> {
+    pub(crate) fn cycle800(&mut self, v: &Values) -> Result<(), Fault> {
         const NAME: &str = "CYCLE800";
-        let values = self.arguments(call, span)?;
+        let span = v.span;
         // An empty name selects the only data set, "0" deselects.
-        let deselected = matches!(values.get(1), Some(Some(Val::Text(name))) if name.trim() == "0");
+        let deselected = v.text("TC").is_some_and(|name| name.trim() == "0");
         if self.own.tool_framed {
-            return Err(Fault::new(codes::CONFLICT, span, "`CYCLE800` while TOROT or TOFRAME is in force")
-                .help("write TOROTOF before it"));
+            let message = "`CYCLE800` while TOROT or TOFRAME is in force";
+            return Err(v.fault(codes::CONFLICT, message, "write TOROTOF before it"));
         }
         self.forget_kept();
         let frames_before = self.modal.frames.total();
-        if values.iter().all(Option::is_none) || deselected {
+        if v.given.is_empty() || deselected {
             self.modal.frames.swivel = Frame::IDENTITY;
             self.modal.frames.programmable = Frame::IDENTITY;
             let tcp_before = self.own.tcp();
@@ -241,55 +241,43 @@ impl Interpreter {
             return Ok(());
         }
         self.settings.check_kinematics(KinematicsKind::TiltedPlane, NAME, span)?;
-        let mode = number(&values, 3, NAME, span)?.unwrap_or(0.0);
+        let mode = v.value("MODE")?;
         if !(0.0..256.0).contains(&mode) || mode.fract() != 0.0 {
-            return Err(
-                Fault::new(codes::BAD_VALUE, span, format!("the mode of CYCLE800 is {mode}")).help("use 0 to 255")
-            );
+            return Err(v.fault(codes::BAD_VALUE, format!("the mode of CYCLE800 is {mode}"), "use 0 to 255"));
         }
         let mode = mode as u32;
         let kind = ["axis by axis", "solid angle", "projection angle", "direct"][(mode >> 6 & 3) as usize];
         if mode >> 6 != 0 {
-            return Err(Fault::new(
-                codes::UNSUPPORTED_WORD,
-                span,
-                format!("`CYCLE800` in the mode {mode} ({kind}) is not supported"),
-            )
-            .help("swivel axis by axis, for example with mode 57 (X, Y, Z)"));
+            let message = format!("`CYCLE800` in the mode {mode} ({kind}) is not supported");
+            let help = "swivel axis by axis, for example with mode 57 (X, Y, Z)";
+            return Err(v.fault(codes::UNSUPPORTED_WORD, message, help));
         }
-        let retraction = number(&values, 0, NAME, span)?.unwrap_or(0.0);
-        let options = number(&values, 2, NAME, span)?.unwrap_or(0.0).abs().round();
-        let value = |at: usize| number(&values, at, NAME, span).map(Option::unwrap_or_default);
-        let length = self.modal.units.length();
-        let point = |at: usize| -> Result<[f64; 3], Fault> {
-            Ok([value(at)? * length, value(at + 1)? * length, value(at + 2)? * length])
-        };
-        let mut plane = Frame::translation(point(4)?);
-        for (at, angle) in [value(7)?, value(8)?, value(9)?].into_iter().enumerate() {
-            let axis = mode >> (2 * at) & 3;
-            match axis {
+        let retraction = v.value("FR")?;
+        let options = v.value("ST")?.abs().round();
+        let before = [v.value("X0")?, v.value("Y0")?, v.value("Z0")?];
+        let angles = [v.value("A")?, v.value("B")?, v.value("C")?];
+        let mut turns = Vec::new();
+        for (at, angle) in angles.into_iter().enumerate() {
+            match (mode >> (2 * at) & 3) as usize {
                 0 if angle != 0.0 => {
-                    return Err(Fault::new(
-                        codes::BAD_VALUE,
-                        span,
-                        format!("mode {mode} of CYCLE800 names no axis for angle {}", at + 1),
-                    )
-                    .help("use mode 57 for X, Y, Z"));
+                    let message = format!("mode {mode} of CYCLE800 names no axis for angle {}", at + 1);
+                    return Err(v.fault(codes::BAD_VALUE, message, "use mode 57 for X, Y, Z"));
                 }
                 0 => {}
-                axis => plane = plane.then(&Frame::rotation(axis as usize - 1, angle)),
+                axis => turns.push((axis - 1, angle)),
             }
         }
-        plane = plane.then(&Frame::translation(point(10)?));
-        let direction = number(&values, 13, NAME, span)?.unwrap_or(1.0);
+        let plane = Frame::translation(before).then(&Frame::turned(turns)).then(&Frame::translation([
+            v.value("X1")?,
+            v.value("Y1")?,
+            v.value("Z1")?,
+        ]));
+        let direction = v.value("DIR")?;
         let additive = options.rem_euclid(10.0) == 1.0;
         if (options / 10.0).floor().rem_euclid(10.0) >= 1.0 && direction != 0.0 {
-            return Err(Fault::new(
-                codes::UNSUPPORTED_WORD,
-                span,
-                "`CYCLE800` with tracking of the tool tip is not supported",
-            )
-            .help("swivel without tracking (second digit of ST is 0)"));
+            let message = "`CYCLE800` with tracking of the tool tip is not supported";
+            let help = "swivel without tracking (second digit of ST is 0)";
+            return Err(v.fault(codes::UNSUPPORTED_WORD, message, help));
         }
         if retraction != 0.0 {
             self.note(format!("CYCLE800 retraction {retraction}: its position is set up on the machine"));
@@ -358,17 +346,5 @@ impl Interpreter {
     pub(crate) fn arguments(&self, call: &Call, span: Span) -> Result<Vec<Option<Val>>, Fault> {
         let list = call.arguments.as_deref().unwrap_or_default();
         list.iter().map(|argument| argument.as_ref().map(|expr| self.variables.eval(expr, span)).transpose()).collect()
-    }
-}
-
-/// An argument that must be a number.
-pub(crate) fn number(values: &[Option<Val>], at: usize, name: &str, span: Span) -> Result<Option<f64>, Fault> {
-    match values.get(at) {
-        None | Some(None) => Ok(None),
-        Some(Some(Val::Number(number))) => Ok(Some(*number)),
-        Some(Some(Val::Text(text))) => {
-            let message = format!("argument {} of `{name}` is the text \"{text}\"", at + 1);
-            Err(Fault::new(codes::ARGUMENTS, span, message).help("write a number there"))
-        }
     }
 }

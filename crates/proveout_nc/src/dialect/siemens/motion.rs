@@ -206,9 +206,7 @@ impl Interpreter {
             // The vector along z, turned about Z by C2, the new Y by B2, the newest X by A2.
             Some(OrientationAngles::Rpy) => Frame::rpy([a, b, c]),
             // Turned about Z by A2, the new X by B2, the newest Z by C2.
-            Some(OrientationAngles::Euler) | None => {
-                Frame::rotation(2, a).then(&Frame::rotation(0, b)).then(&Frame::rotation(2, c))
-            }
+            Some(OrientationAngles::Euler) | None => Frame::turned([(2, a), (0, b), (2, c)]),
         };
         Ok(frame.apply_vector([0.0, 0.0, 1.0]))
     }

@@ -1,14 +1,6 @@
 //! Slots, elongated holes and spigots: SLOT1, SLOT2, LONGHOLE, CYCLE76, CYCLE77.
 //!
 //! ```text
-//!   SLOT1(RTP, RFP, SDIS, DP, DPR, NUM, LENG, WID, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID, CDIR, FAL, VARI, MIDF, FFP2, SSF,
-//!         FALD, STA2)                                 NUM slots on a circle, each along a ray
-//!   SLOT2(RTP, RFP, SDIS, DP, DPR, NUM, AFSL, WID, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID, CDIR, FAL, VARI, MIDF, FFP2, SSF)
-//!                                                     NUM slots along the circle
-//!   LONGHOLE(RTP, RFP, SDIS, DP, DPR, NUM, LENG, CPA, CPO, RAD, STA1, INDA, FFD, FFP1, MID)      as wide as the tool
-//!   CYCLE76(RTP, RFP, SDIS, DP, DPR, LENG, WID, CRAD, PA, PO, STA, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1, AP2)
-//!   CYCLE77(RTP, RFP, SDIS, DP, DPR, PRAD, PA, PO, MID, FAL, FALD, FFP1, FFD, CDIR, VARI, AP1)
-//!
 //!           LENG               STA1: angle of the first one; INDA: step to the next one, 0 is 360 / NUM
 //!         .------.
 //!    c   (        ) WID        c: center CPA, CPO; RAD: from c to the inner end (SLOT2: to the middle line, which AFSL goes along)
@@ -23,15 +15,15 @@
 //! of the guide, from memory.
 
 use super::drilling::MAX_INFEEDS;
-use super::eval::Val;
 use super::interpreter::Interpreter;
-use super::milling::{LEAD_MM, LEAST_SHARE_MM, USUAL_WIDTH, WIDEST_STEP, Words, no_radius, share};
+use super::milling::{LEAD_MM, LEAST_SHARE_MM, USUAL_WIDTH, pocket_rings, share};
 use crate::channel::milling::{self, Heights, Job, Plan, Plunge};
-use crate::channel::shape::{Leg, NO_WIDTH_MM, Pass, Place, Point, Shape};
+use crate::channel::shape::{Leg, Pass, Place, Point, Shape};
 use crate::codes;
+use crate::cycle::Values;
 use crate::diagnostic::Fault;
 use crate::frame::sin_cos_degrees;
-use crate::{CompSide, CutterComp, Feed, Op, SpindleDirection};
+use crate::{CompSide, CutterComp, Feed, Op};
 
 /// Most slots of one cycle.
 const MOST: f64 = 10_000.0;
@@ -47,24 +39,18 @@ struct Row {
 }
 
 impl Row {
-    /// NUM, then from `at` on CPA, CPO, RAD, STA1, INDA.
-    fn read(words: &Words<'_>, at: usize) -> Result<Self, Fault> {
-        let count = words.number(5)?.unwrap_or(1.0);
+    fn read(v: &Values) -> Result<Self, Fault> {
+        let count = v.value("NUM")?;
         if count.fract() != 0.0 || !(1.0..=MOST).contains(&count) {
-            let message = format!("`{}` has NUM {count} (argument 6)", words.name);
-            return Err(words.fault(codes::ARGUMENTS, message, "write a whole number from 1"));
+            let message = format!("`{}` has NUM {count} (argument 6)", v.name());
+            return Err(v.fault(codes::ARGUMENTS, message, "write a whole number from 1"));
         }
-        let step = match words.or_zero(at + 4)? {
+        let step = match v.value("INDA")? {
             0.0 => 360.0 / count,
             step => step,
         };
-        Ok(Self {
-            count: count as u32,
-            center: [words.need(at, "center")?, words.need(at + 1, "center")?],
-            radius: words.size(at + 2)?,
-            first: words.or_zero(at + 3)?,
-            step,
-        })
+        let center = [v.value("CPA")?, v.value("CPO")?];
+        Ok(Self { count: count as u32, center, radius: v.value("RAD")?, first: v.value("STA1")?, step })
     }
 
     fn angle(&self, n: u32) -> f64 {
@@ -78,33 +64,31 @@ impl Row {
     }
 }
 
-/// Depths of a cycle: heights, and what is below the surface.
-fn depths(total: f64, infeed: f64, words: &Words<'_>) -> Result<Vec<f64>, Fault> {
-    let step = share(total, infeed);
+/// Depths below the surface, in equal infeeds of MID at most.
+fn depths(total: f64, v: &Values) -> Result<Vec<f64>, Fault> {
+    let step = share(total, v.value("MID")?);
     if total / step.max(LEAST_SHARE_MM) > MAX_INFEEDS as f64 {
-        let message = format!("`{}` would need more than {MAX_INFEEDS} infeeds", words.name);
-        return Err(words.fault(codes::LOOP_LIMIT, message, "check the infeed MID"));
+        let message = format!("`{}` would need more than {MAX_INFEEDS} infeeds", v.name());
+        return Err(v.fault(codes::LOOP_LIMIT, message, "check the infeed MID"));
     }
     Ok(milling::levels(total, step))
 }
 
 impl Interpreter {
     /// LONGHOLE: as wide as the tool, to and fro, down at the ends.
-    pub(super) fn long_holes(&mut self, words: &Words<'_>) -> Result<(), Fault> {
-        let span = words.span;
-        words.no_more(15)?;
-        let h = words.heights_by(Some(4))?;
-        let row = Row::read(words, 7)?;
-        let length = words.above_zero(6, "length")?;
-        let (down, mill) = (self.milling_feed(words, 12)?, self.milling_feed(words, 13)?);
-        let Some(radius) = self.tool_radius(words)? else {
-            return Err(no_radius(words, "no tool table gives here"));
-        };
+    pub(super) fn long_holes(&mut self, v: &Values) -> Result<(), Fault> {
+        let span = v.span;
+        v.no_more()?;
+        let h = v.heights()?;
+        let row = Row::read(v)?;
+        let length = v.above_zero("LENG")?;
+        let (down, mill) = (self.milling_feed(v, "FFD")?, self.milling_feed(v, "FFP1")?);
+        let radius = self.need_radius(v)?;
         if length < 2.0 * radius {
             let message = format!("an elongated hole of {length} mm is shorter than the tool, {} mm", 2.0 * radius);
-            return Err(words.fault(codes::COMPENSATION, message, "use a smaller tool"));
+            return Err(v.fault(codes::COMPENSATION, message, "use a smaller tool"));
         }
-        let levels = depths((h.depth - h.surface).abs(), words.size(14)?, words)?;
+        let levels = depths((h.depth - h.surface).abs(), v)?;
         self.assume("LONGHOLE: RAD and LENG count to the ends of the hole, not to the middle of the tool");
         let mut here = None;
         for n in 0..row.count {
@@ -127,85 +111,61 @@ impl Interpreter {
         Ok(())
     }
 
-    /// SLOT1 and SLOT2.
-    pub(super) fn slots(&mut self, words: &Words<'_>) -> Result<(), Fault> {
-        let span = words.span;
-        let along = words.name == "SLOT2";
-        words.no_more(if along { 22 } else { 24 })?;
-        let h = words.heights_by(Some(4))?;
-        let row = Row::read(words, 8)?;
-        let half = 0.5 * words.above_zero(7, "width")?;
-        let (down, mill) = (self.milling_feed(words, 13)?, self.milling_feed(words, 14)?);
-        let climb = self.ring_direction(words, 16, true)?;
-        let side = words.size(17)?;
-        let (tens, units) = words.variant_or(18, 0.0)?;
-        let (roughing, finishing) = match units {
-            0 => (true, true),
-            1 => (true, false),
-            2 => (false, true),
-            other => {
-                let message = format!("the units of VARI of `{}` are {other}", words.name);
-                return Err(words.fault(codes::ARGUMENTS, message, "0 does both, 1 roughs, 2 finishes"));
-            }
-        };
-        let finish = self.milling_feed_or(words, 20, mill)?;
-        let speed = words.number(21)?.filter(|s| *s > 0.0);
-        let (floor, angle) = if along { (0.0, None) } else { (words.size(22)?, words.number(23)?) };
-        let shape = if along {
-            let through = words.number(6)?.unwrap_or(0.0);
+    /// The wall of a slot in its own place, its entry, and the other end of a stroke to and fro along its middle line.
+    fn slot_shape(v: &Values, row: &Row, half: f64) -> Result<(Shape, Point, Leg), Fault> {
+        if v.name() == "SLOT2" {
+            let through = v.value("AFSL")?;
             if !(through > 0.0 && through < 360.0) || half >= row.radius {
                 let message = format!("`SLOT2` goes through AFSL {through} degrees, {} mm wide", 2.0 * half);
-                return Err(words.fault(
-                    codes::ARGUMENTS,
-                    message,
-                    "write an angle above 0 and below 360, and a width below twice RAD",
-                ));
+                let help = "write an angle above 0 and below 360, and a width below twice RAD";
+                return Err(v.fault(codes::ARGUMENTS, message, help));
             }
-            Shape::Curved { pitch: row.radius, from: 0.0, through, half }
-        } else {
-            let a = 0.5 * words.above_zero(6, "length")?;
-            if a < half {
-                let message = format!("`SLOT1` is {} mm long and {} mm wide", 2.0 * a, 2.0 * half);
-                return Err(words.fault(codes::ARGUMENTS, message, "exchange LENG and WID, or write POCKET3"));
-            }
-            Shape::Rounded { a, b: half, corner: half }
+            let (pitch, (s, c)) = (row.radius, sin_cos_degrees(through));
+            let stroke = Leg::Arc { to: [pitch * c, pitch * s], center: [0.0; 2], clockwise: false };
+            return Ok((Shape::Curved { pitch, from: 0.0, through, half }, [pitch, 0.0], stroke));
+        }
+        let a = 0.5 * v.above_zero("LENG")?;
+        if a < half {
+            let message = format!("`SLOT1` is {} mm long and {} mm wide", 2.0 * a, 2.0 * half);
+            return Err(v.fault(codes::ARGUMENTS, message, "exchange LENG and WID, or write POCKET3"));
+        }
+        let shape = Shape::Rounded { a, b: half, corner: half };
+        Ok((shape, [half - a, 0.0], Leg::Line([a - half, 0.0])))
+    }
+
+    /// SLOT1 and SLOT2.
+    pub(super) fn slots(&mut self, v: &Values) -> Result<(), Fault> {
+        let span = v.span;
+        v.no_more()?;
+        let h = v.heights()?;
+        let row = Row::read(v)?;
+        let half = 0.5 * v.above_zero("WID")?;
+        let (down, mill) = (self.milling_feed(v, "FFD")?, self.milling_feed(v, "FFP1")?);
+        let climb = self.ring_direction(v, true)?;
+        let side = v.value("FAL")?;
+        let (tens, units) = v.variant()?;
+        if units > 2 {
+            let message = format!("the units of VARI of `{}` are {units}", v.name());
+            return Err(v.fault(codes::ARGUMENTS, message, "0 does both, 1 roughs, 2 finishes"));
+        }
+        let finish = match v.get("FFP2")? {
+            Some(feed) if feed > 0.0 => self.milling_feed(v, "FFP2")?,
+            _ => mill,
         };
-        // The plunge is at the start of the slot, the other end of a stroke is the other end of its middle line.
-        let (entry, stroke) = match shape {
-            Shape::Rounded { a, b, .. } => ([b - a, 0.0], Leg::Line([a - b, 0.0])),
-            Shape::Curved { pitch, through, .. } => {
-                let (s, c) = sin_cos_degrees(through);
-                let end = [pitch * c, pitch * s];
-                ([pitch, 0.0], Leg::Arc { to: end, center: [0.0; 2], clockwise: false })
-            }
+        let speed = v.get("SSF")?.filter(|s| *s > 0.0);
+        let (floor, angle) = (v.value("FALD")?, v.get("STA2")?);
+        let (shape, entry, stroke) = Self::slot_shape(v, &row, half)?;
+        let place = |n: u32| match shape {
+            Shape::Rounded { a, .. } => Place::new(row.at(n, row.radius + a), row.angle(n)),
+            Shape::Curved { .. } => Place::new(row.center, row.angle(n)),
         };
-        let place = |n: u32| {
-            let (point, angle) = match shape {
-                Shape::Rounded { a, .. } => (row.at(n, row.radius + a), row.angle(n)),
-                Shape::Curved { .. } => (row.center, row.angle(n)),
-            };
-            Place::new(point, angle)
-        };
-        let Some(radius) = self.tool_radius(words)? else {
+        let Some(radius) = self.tool_radius(v)? else {
             for n in 0..row.count {
-                self.wall_alone(words, (place(n), shape, entry), h, (mill, down), climb)?;
+                self.wall_alone(v, (place(n), shape, entry), h, (mill, down), climb)?;
             }
             return Ok(());
         };
-        let room = half - radius;
-        let step = |allowance: f64| {
-            share((room - allowance).max(0.0), (2.0 * USUAL_WIDTH * radius).min(WIDEST_STEP * radius)).max(NO_WIDTH_MM)
-        };
-        let rings = |allowance: f64| {
-            milling::rings(shape, radius, allowance, step(allowance), climb).ok_or_else(|| {
-                let message = format!(
-                    "a tool of radius {radius} mm does not fit into `{}`: half its width less the allowance is {:.3} mm",
-                    words.name,
-                    half - allowance
-                );
-                words.fault(codes::COMPENSATION, message, "use a smaller tool")
-            })
-        };
+        let rings = |allowance: f64| pocket_rings(v, shape, (radius, allowance), 2.0 * USUAL_WIDTH * radius, climb);
         let (plunge, feed) = match (tens, angle) {
             (0, _) => (Plunge::Vertical, None),
             (1, _) => (Plunge::Vertical, down),
@@ -213,60 +173,50 @@ impl Interpreter {
                 (Plunge::Strokes { leg: stroke, slope: angle.to_radians().tan() }, down)
             }
             (other, _) => {
-                let message = format!("the tens of VARI of `{}` are {other}", words.name);
+                let message = format!("the tens of VARI of `{}` are {other}", v.name());
                 let help = "0 and 1 plunge vertically, 3 (SLOT1) to and fro with the angle STA2";
-                return Err(words.fault(codes::ARGUMENTS, message, help));
+                return Err(v.fault(codes::ARGUMENTS, message, help));
             }
         };
         let total = (h.depth - h.surface).abs();
-        depths(total - floor, words.size(15)?, words)?;
-        let ring = shape.ring(radius);
-        let ring = if climb { ring } else { ring.reversed() };
-        let lead = LEAD_MM.min(room);
-        let wall = if lead > NO_WIDTH_MM { ring.with_leads(lead, false, climb, true) } else { ring };
+        depths(total - floor, v)?;
+        let wall = milling::wall(shape, radius, LEAD_MM.min(half - radius), climb);
         let (rough, bottom) = (rings(side)?, rings(0.0)?);
         self.assume(format!(
             "{}: {}; rings joined by straight lines, 80 percent of the diameter apart; after each depth the tool comes back over the \
              start of the slot, and plunges from SDIS above it; the wall is finished when the slot has its depth",
-            words.name,
-            if along {
-                "RAD counts to the middle line of the slot and AFSL between the centers of its ends"
-            } else {
-                "RAD and LENG count to the ends of the slot"
+            v.name(),
+            match shape {
+                Shape::Curved { .. } =>
+                    "RAD counts to the middle line of the slot and AFSL between the centers of its ends",
+                Shape::Rounded { .. } => "RAD and LENG count to the ends of the slot",
             }
         ));
+        let job = Job {
+            heights: h,
+            clearance: (h.clear - h.surface).abs(),
+            total,
+            infeed: share(total - floor, v.value("MID")?),
+            finish_infeed: share(total - floor, v.value("MIDF")?),
+            wall_depth: total - floor,
+            roughing: true,
+            finishing: false,
+            side,
+            floor,
+            mill,
+            plunge: feed,
+            finish,
+            climb,
+            radius,
+        };
+        let mut plan = Plan { place: place(0), entry, plunge, rough, wall, floor: bottom, returns: false };
         for n in 0..row.count {
-            let plan = Plan {
-                place: place(n),
-                entry,
-                plunge,
-                rough: rough.clone(),
-                wall: wall.clone(),
-                floor: bottom.clone(),
-                returns: false,
-            };
-            let job = Job {
-                heights: h,
-                clearance: (h.clear - h.surface).abs(),
-                total,
-                infeed: share(total - floor, words.size(15)?),
-                finish_infeed: share(total - floor, words.size(19)?),
-                wall_depth: total - floor,
-                roughing,
-                finishing: false,
-                side,
-                floor,
-                mill,
-                plunge: feed,
-                finish,
-                climb,
-                radius,
-            };
+            plan.place = place(n);
             let middle = plan.place.at(entry);
-            if roughing {
+            if units != 2 {
                 self.run_plan(&plan, &job, middle, span)?;
             }
-            if finishing && (side > 0.0 || floor > 0.0) {
+            if units != 1 && (side > 0.0 || floor > 0.0) {
                 let before = self.technology.speed;
                 if let Some(speed) = speed {
                     self.set_speed(speed, false);
@@ -281,49 +231,44 @@ impl Interpreter {
     }
 
     /// CYCLE76, CYCLE77.
-    pub(super) fn spigot(&mut self, words: &Words<'_>) -> Result<(), Fault> {
-        let span = words.span;
-        let circle = words.name == "CYCLE77";
-        words.no_more(if circle { 16 } else { 20 })?;
-        let h = words.heights_by(Some(4))?;
+    pub(super) fn spigot(&mut self, v: &Values) -> Result<(), Fault> {
+        let span = v.span;
+        v.no_more()?;
+        let h = v.heights()?;
+        let circle = v.name() == "CYCLE77";
         // PRAD is the diameter of the spigot.
-        let (a, b, corner, at) = if circle {
-            let r = 0.5 * words.above_zero(5, "spigot diameter")?;
-            (r, r, r, 6)
+        let (a, b, corner) = if circle {
+            let r = 0.5 * v.above_zero("PRAD")?;
+            (r, r, r)
         } else {
-            let (a, b) = (0.5 * words.above_zero(5, "spigot length")?, 0.5 * words.above_zero(6, "spigot width")?);
-            (a, b, words.size(7)?.min(a).min(b), 8)
+            let (a, b) = (0.5 * v.above_zero("LENG")?, 0.5 * v.above_zero("WID")?);
+            (a, b, v.value("CRAD")?.min(a).min(b))
         };
-        let center = [words.need(at, "center")?, words.need(at + 1, "center")?];
-        let turn = if circle { 0.0 } else { words.or_zero(at + 2)? };
-        let at = if circle { at + 2 } else { at + 3 };
-        let (side, floor) = (words.size(at + 1)?, words.size(at + 2)?);
-        let (mill, down) = (self.milling_feed(words, at + 3)?, self.milling_feed(words, at + 4)?);
-        let clockwise = self.ring_direction(words, at + 5, false)?;
-        let (tens, units) = words.variant_or(at + 6, 1.0)?;
-        let finishing = words.finishes(units)?;
+        let center = [v.value("PA")?, v.value("PO")?];
+        let place = Place::new(center, v.value("STA")?);
+        let (side, floor) = (v.value("FAL")?, v.value("FALD")?);
+        let (mill, down) = (self.milling_feed(v, "FFP1")?, self.milling_feed(v, "FFD")?);
+        let clockwise = self.ring_direction(v, false)?;
+        let (tens, units) = v.variant()?;
+        let finishing = v.finishes(units)?;
         if tens != 0 {
-            let message = format!("the tens of VARI of `{}` are {tens}", words.name);
-            return Err(words.fault(codes::ARGUMENTS, message, "1 roughs, 2 finishes"));
+            let message = format!("the tens of VARI of `{}` are {tens}", v.name());
+            return Err(v.fault(codes::ARGUMENTS, message, "1 roughs, 2 finishes"));
         }
-        let blank = 0.5 * words.size(at + 7)?;
-        let wide = if circle { blank } else { 0.5 * words.size(at + 8)? };
+        let blank = 0.5 * v.value("AP1")?;
+        let wide = if circle { blank } else { 0.5 * v.value("AP2")? };
         if blank > 0.0 && (blank < a || wide < b && wide > 0.0) {
-            let message = format!("the blank of `{}` is smaller than the spigot", words.name);
-            return Err(words.fault(codes::ARGUMENTS, message, "write the sizes of the blank in AP1 and AP2"));
+            let message = format!("the blank of `{}` is smaller than the spigot", v.name());
+            return Err(v.fault(codes::ARGUMENTS, message, "write the sizes of the blank in AP1 and AP2"));
         }
-        let place = Place::new(center, turn);
         let shape = Shape::Rounded { a, b, corner };
-        let Some(radius) = self.tool_radius(words)? else {
+        let Some(radius) = self.tool_radius(v)? else {
             let start = [a.max(blank) + LEAD_MM, 0.0];
-            return self.wall_alone(words, (place, shape, start), h, (mill, down), !clockwise);
+            return self.wall_alone(v, (place, shape, start), h, (mill, down), !clockwise);
         };
         let allowance = if finishing { 0.0 } else { side };
         let total = (h.depth - h.surface).abs();
-        let levels = match finishing {
-            true => vec![total],
-            false => depths(total - floor, words.size(at)?, words)?,
-        };
+        let levels = if finishing { vec![total] } else { depths(total - floor, v)? };
         // The half circle spans from SDIS outside the blank to the path around the spigot.
         let outside = a.max(blank) + radius + side + (h.clear - h.surface).abs();
         let lead = (0.5 * (outside - (a + radius + allowance))).max(LEAD_MM);
@@ -333,7 +278,7 @@ impl Interpreter {
         self.assume(format!(
             "{}: the half circles reach SDIS outside the blank and are {LEAD_MM} mm at least; once around at every \
              depth, as far as the tool cuts",
-            words.name
+            v.name()
         ));
         self.come_over(place.at(pass.start), h.second, span)?;
         self.mill_to(None, Some(h.clear), None, span)?;
@@ -344,43 +289,24 @@ impl Interpreter {
         self.mill_to(None, Some(h.second), None, span)
     }
 
-    /// CDIR, as counter-clockwise rings in a pocket and as clockwise ones around a spigot: climb, up-cut, G2, G3.
-    fn ring_direction(&self, words: &Words<'_>, at: usize, inside: bool) -> Result<bool, Fault> {
-        let climbs = self.technology.direction != SpindleDirection::CounterClockwise;
-        match words.or_zero(at)? {
-            0.0 => Ok(climbs),
-            1.0 => Ok(!climbs),
-            2.0 => Ok(!inside),
-            3.0 => Ok(inside),
-            other => {
-                let message = format!("the direction CDIR of `{}` is {other}", words.name);
-                Err(words.fault(codes::ARGUMENTS, message, "0 climb, 1 up-cut, 2 as G2, 3 as G3"))
-            }
-        }
-    }
-
-    fn milling_feed_or(&self, words: &Words<'_>, at: usize, other: Option<Feed>) -> Result<Option<Feed>, Fault> {
-        Ok(if words.number(at)?.is_some_and(|f| f > 0.0) { self.milling_feed(words, at)? } else { other })
-    }
-
     /// The finished wall at its depth, with cutter compensation: all that a program without its
     /// tools says of the path. `start`: where the tool goes down, in the cycle. `left`: the tool
     /// runs on the left of the wall, counter-clockwise inside and clockwise outside.
     pub(super) fn wall_alone(
         &mut self,
-        words: &Words<'_>,
+        v: &Values,
         (place, shape, start): (Place, Shape, Point),
         h: Heights,
         (mill, down): (Option<Feed>, Option<Feed>),
         counter_clockwise: bool,
     ) -> Result<(), Fault> {
-        let span = words.span;
+        let span = v.span;
         self.assume(format!(
             "{}: the radius of the tool is not known here, so that the finished wall is given once at its depth, with cutter \
              compensation, and no roughing",
-            words.name
+            v.name()
         ));
-        let outside = matches!(words.name, "CYCLE76" | "CYCLE77");
+        let outside = matches!(v.name(), "CYCLE76" | "CYCLE77");
         let ring = shape.ring(0.0);
         let ring = if counter_clockwise { ring } else { ring.reversed() };
         let start = place.at(start);
@@ -394,10 +320,4 @@ impl Interpreter {
         self.mill_to(None, Some(h.second), None, span)?;
         self.mill_to(Some(start), None, None, span)
     }
-}
-
-/// The first argument that is set after the last one the cycle has.
-pub(super) fn surplus(values: &[Option<Val>], from: usize) -> Option<usize> {
-    let set = |value: &Option<Val>| value.as_ref().is_some_and(|value| *value != Val::Number(0.0));
-    values.iter().skip(from).position(set).map(|at| from + at)
 }

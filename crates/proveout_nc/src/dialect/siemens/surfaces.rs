@@ -1,18 +1,14 @@
 //! Surfaces that are milled line by line: CYCLE71 and CYCLE61.
 //!
-//! ```text
-//!   CYCLE71(RTP, RFP, SDIS, DP, PA, PO, LENG, WID, STA, MID, MIDA, FDP, FALD, FFP1, VARI, FDP1)
-//!   CYCLE61(RTP, Z0, SC, Z1, X0, Y0, X1, Y1, MID, MIDA, FALZ, FFP1, VARI, LIM, DMODE, AMODE)
-//! ```
-//!
 //! The courses are those of [`super::milling`]; parameters and digits of CYCLE61 from memory.
 
 use super::interpreter::Interpreter;
-use super::milling::{Words, no_radius, share};
+use super::milling::share;
 use crate::Feed;
 use crate::channel::milling::{self, Heights, MAX_PASSES};
 use crate::channel::shape::{Place, Point};
 use crate::codes;
+use crate::cycle::Values;
 use crate::diagnostic::Fault;
 
 /// Least infeed, mm: their count stays finite.
@@ -39,118 +35,100 @@ struct Surface {
 
 impl Interpreter {
     /// CYCLE71.
-    pub(super) fn face(&mut self, words: &Words<'_>) -> Result<(), Fault> {
-        words.no_more(16)?;
-        let Some(radius) = self.tool_radius(words)? else {
-            return Err(no_radius(words, "no tool table gives here"));
-        };
+    pub(super) fn face(&mut self, v: &Values) -> Result<(), Fault> {
+        v.no_more()?;
+        let radius = self.need_radius(v)?;
         self.assume(
             "CYCLE71: FDP counts from the edge of the tool; in both directions the tool goes on outside the surface \
              at the feed FFP1; in one direction it comes back SDIS above the depth; every depth begins at the first \
              line",
         );
         let surface = Surface {
-            heights: words.heights()?,
-            corner: [words.need(4, "starting point")?, words.need(5, "starting point")?],
-            sides: [words.need(6, "length")?, words.need(7, "width")?],
-            turn: words.or_zero(8)?,
-            infeed: words.size(9)?,
-            greatest: words.above_zero(10, "infeed width")?,
-            beyond: words.size(11)?,
-            over: words.size(15)?,
-            floor: words.size(12)?,
-            mill: self.milling_feed(words, 13)?,
-            variant: words.variant_or(14, 1.0)?,
+            heights: v.heights()?,
+            corner: [v.value("PA")?, v.value("PO")?],
+            sides: [v.value("LENG")?, v.value("WID")?],
+            turn: v.value("STA")?,
+            infeed: v.value("MID")?,
+            greatest: v.above_zero("MIDA")?,
+            beyond: v.value("FDP")?,
+            over: v.value("FDP1")?,
+            floor: v.value("FALD")?,
+            mill: self.milling_feed(v, "FFP1")?,
+            variant: v.variant()?,
             radius,
         };
-        self.mill_surface(words, &surface)
+        self.mill_surface(v, &surface)
     }
 
-    /// CYCLE61(RTP, Z0, SC, Z1, X0, Y0, X1, Y1, MID, MIDA, FALZ, FFP1, VARI, LIM, DMODE, AMODE): face milling of the editor of the
-    /// control. Parameters and digits from memory.
-    pub(super) fn surface(&mut self, words: &Words<'_>) -> Result<(), Fault> {
-        words.no_more(16)?;
-        words.refuse_set(13, "limits of the surface")?;
-        words.mode_planes(14, self.modal.normal)?;
-        let Some(radius) = self.tool_radius(words)? else {
-            return Err(no_radius(words, "no tool table gives here"));
-        };
-        let corner = [words.need(4, "first corner")?, words.need(5, "first corner")?];
-        let mut sides = [words.need(6, "second corner or length")?, words.need(7, "second corner or length")?];
-        for (side, unit) in
-            sides.iter_mut().zip([1000.0, 10_000.0]).enumerate().map(|(i, (side, unit))| ((i, side), unit))
-        {
+    /// CYCLE61: face milling of the editor of the control.
+    pub(super) fn surface(&mut self, v: &Values) -> Result<(), Fault> {
+        v.no_more()?;
+        v.refuse_set("LIM", "limits of the surface")?;
+        v.check_plane(self.modal.normal)?;
+        let radius = self.need_radius(v)?;
+        let corner = [v.value("X0")?, v.value("Y0")?];
+        let mut sides = [v.value("X1")?, v.value("Y1")?];
+        for (axis, unit) in [1000.0, 10_000.0].into_iter().enumerate() {
             // 1 is the other corner, 0 the length.
-            if words.digit(15, unit)? == 1.0 {
-                *side.1 -= corner[side.0];
+            if v.digit("AMODE", unit)? == 1.0 {
+                sides[axis] -= corner[axis];
             }
         }
-        let surface = words.need(1, "reference plane")?;
-        if words.digit(15, 1.0)? == 1.0 && surface != 0.0 {
-            let message =
-                "`CYCLE61` with an incremental depth below a surface that is not at zero is not supported".to_owned();
-            return Err(words.fault(
-                codes::UNSUPPORTED_WORD,
-                message,
-                "write Z1 as an absolute height (units of AMODE 0)",
-            ));
+        if v.value("Z0")? != 0.0 && v.digit("AMODE", 1.0)? == 1.0 {
+            let message = "`CYCLE61` with an incremental depth below a surface that is not at zero is not supported";
+            return Err(v.fault(codes::UNSUPPORTED_WORD, message, "write Z1 as an absolute height (units of AMODE 0)"));
         }
-        let percent = words.digit(15, 10.0)? == 1.0;
-        let width = words.above_zero(9, "infeed width")?;
+        let percent = v.digit("AMODE", 10.0)? == 1.0;
+        let width = v.above_zero("MIDA")?;
         self.assume(
             "CYCLE61: lengths where AMODE has 0 in its thousands and ten thousands, corners where it has 1; lines \
              reach SC beyond the surface; in both directions the tool goes on outside the surface at the feed; in one \
              direction it comes back SC above the depth",
         );
-        let mut heights = words.heights_by_mode(words.digit(15, 1.0)?)?;
-        heights.second = words.need(0, "retraction plane")?;
+        let heights = v.heights_by_mode(["RTP", "Z0", "SC", "Z1"])?;
         let surface = Surface {
             heights,
             corner,
             sides,
             turn: 0.0,
-            infeed: words.size(8)?,
-            greatest: if percent { words.or_zero(9)?.abs() / 100.0 * 2.0 * radius } else { width },
+            infeed: v.value("MID")?,
+            greatest: if percent { v.raw("MIDA")?.unwrap_or(0.0).abs() / 100.0 * 2.0 * radius } else { width },
             beyond: (heights.clear - heights.surface).abs(),
             over: 0.0,
-            floor: words.size(10)?,
-            mill: self.milling_feed(words, 11)?,
-            variant: words.variant_or(12, 1.0)?,
+            floor: v.value("FALZ")?,
+            mill: self.milling_feed(v, "FFP1")?,
+            variant: v.variant()?,
             radius,
         };
-        self.mill_surface(words, &surface)
+        self.mill_surface(v, &surface)
     }
 
-    fn mill_surface(&mut self, words: &Words<'_>, surface: &Surface) -> Result<(), Fault> {
-        let span = words.span;
+    fn mill_surface(&mut self, v: &Values, surface: &Surface) -> Result<(), Fault> {
+        let span = v.span;
         let &Surface { heights: h, corner, sides, turn, infeed, greatest, beyond, over, floor, mill, radius, .. } =
             surface;
         if sides.contains(&0.0) {
-            return Err(words.fault(
+            return Err(v.fault(
                 codes::ARGUMENTS,
-                format!("the surface of `{}` has no size", words.name),
+                format!("the surface of `{}` has no size", v.name()),
                 "write its length and width; the signs say where the surface lies",
             ));
         }
         let place = Place::new(corner, turn);
         let (tens, units) = surface.variant;
-        let finishing = words.finishes(units)?;
+        let finishing = v.finishes(units)?;
         if !(1..=4).contains(&tens) {
-            let message = format!("the tens of VARI of `{}` are {tens}", words.name);
-            return Err(words.fault(
+            let message = format!("the tens of VARI of `{}` are {tens}", v.name());
+            return Err(v.fault(
                 codes::ARGUMENTS,
                 message,
-                "1 to 4 set the axis, and whether cutting is in one or \
-                                                               both directions",
+                "1 to 4 set the axis, and whether cutting is in one or both directions",
             ));
         }
         if greatest > 2.0 * radius {
-            let message = format!(
-                "the infeed width MIDA of `{}` is {greatest} mm and the tool cuts {}",
-                words.name,
-                2.0 * radius
-            );
-            return Err(words.fault(codes::ARGUMENTS, message, "write a smaller MIDA, or use a larger tool"));
+            let message =
+                format!("the infeed width MIDA of `{}` is {greatest} mm and the tool cuts {}", v.name(), 2.0 * radius);
+            return Err(v.fault(codes::ARGUMENTS, message, "write a smaller MIDA, or use a larger tool"));
         }
         // Along the lines and across them.
         let (along, across) = if tens % 2 == 1 { (0, 1) } else { (1, 0) };
@@ -161,8 +139,8 @@ impl Interpreter {
         let rough = (total - floor).max(0.0);
         let infeeds = if finishing { 1.0 } else { rough / share(rough, infeed).max(LEAST_INFEED_MM) };
         if steps * infeeds >= MAX_PASSES as f64 || steps.is_nan() {
-            let message = format!("`{}` would need more than {MAX_PASSES} lines", words.name);
-            return Err(words.fault(codes::LOOP_LIMIT, message, "check LENG, WID, MID and MIDA"));
+            let message = format!("`{}` would need more than {MAX_PASSES} lines", v.name());
+            return Err(v.fault(codes::LOOP_LIMIT, message, "check LENG, WID, MID and MIDA"));
         }
         let depths = if finishing { vec![total] } else { milling::levels(rough, share(rough, infeed)) };
         let lines: Vec<f64> =

@@ -8,11 +8,11 @@
 
 use std::f64::consts::TAU;
 
-use super::Values;
 use crate::Feed;
-use crate::channel::milling::{MAX_PASSES, levels};
+use crate::channel::milling::{Heights, MAX_PASSES, levels};
 use crate::channel::shape::{NO_WIDTH_MM, Place, Point};
 use crate::codes;
+use crate::cycle::Values;
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::heidenhain::interpreter::Interpreter;
 
@@ -30,42 +30,35 @@ pub(super) struct Helix {
     pub(super) feed: Option<Feed>,
 }
 
-/// Parameters that the control writes for 208, and what is taken for granted.
-pub(super) fn bore_words() -> (&'static [u32], &'static str) {
-    (
-        &[200, 201, 206, 334, 203, 204, 335],
-        "the helix begins at the set-up clearance and ends with a full circle at the depth; leads are half circles; without Q370 a \
-         hole that is roughed before (Q342) is made by one helix",
-    )
-}
-
-/// Parameters that the control writes for 262, and what is taken for granted.
-pub(super) fn thread_words() -> (&'static [u32], &'static str) {
-    (
-        &[335, 239, 201, 355, 253, 351, 200, 203, 204, 207],
-        "the tool comes onto the thread and leaves it on half circles that rise by half a pitch; all turns (Q355=1) run between the \
-         depth and the surface",
-    )
-}
-
 impl Interpreter {
-    pub(super) fn hole_radius(&self, number: u32, values: &Values, radius: f64, span: Span) -> Result<f64, Fault> {
-        let diameter = self.mm(values, 335, None, span)?;
+    pub(super) fn hole_radius(v: &Values, radius: f64) -> Result<f64, Fault> {
+        let diameter = v.value(335)?;
         let path = 0.5 * diameter - radius;
         if path < -NO_WIDTH_MM || !path.is_finite() {
             let message =
-                format!("a tool of radius {radius} mm does not fit into a hole of {diameter} mm (cycle {number})");
-            return Err(Fault::new(codes::COMPENSATION, span, message).help("use a smaller tool"));
+                format!("a tool of radius {radius} mm does not fit into a hole of {diameter} mm (cycle {})", v.name());
+            return Err(v.fault(codes::COMPENSATION, message, "use a smaller tool"));
         }
         Ok(path.max(0.0))
     }
 
-    pub(super) fn bore_mill(&mut self, values: &Values, radius: f64, lift: f64, span: Span) -> Result<(), Fault> {
-        let h = self.heights(208, values, lift, span)?;
-        let path = self.hole_radius(208, values, radius, span)?;
-        let feed = self.cycle_feed(values, 206, span)?;
-        let pitch = self.mm(values, 334, None, span)?.abs();
-        let roughed = 0.5 * self.mm(values, 342, Some(0.0), span)?;
+    /// The pitch of a thread, with its sign.
+    pub(super) fn thread_of(v: &Values, path: f64) -> Result<f64, Fault> {
+        let pitch = v.value(239)?;
+        if pitch == 0.0 || !pitch.is_finite() || path <= NO_WIDTH_MM {
+            let message = "the thread has no pitch, or is not wider than the tool";
+            return Err(v.fault(codes::ARGUMENTS, message, "check Q239 and Q335"));
+        }
+        Ok(pitch)
+    }
+
+    pub(super) fn bore_mill(&mut self, v: &Values, radius: f64) -> Result<(), Fault> {
+        let span = v.span;
+        let h = self.heights(v)?;
+        let path = Self::hole_radius(v, radius)?;
+        let feed = self.cycle_feed(v, 206)?;
+        let pitch = v.value(334)?.abs();
+        let roughed = 0.5 * v.value(342)?;
         let center = self.flat(span)?;
         self.come_over(center, h.clear, span)?;
         if path <= NO_WIDTH_MM {
@@ -75,12 +68,8 @@ impl Interpreter {
             return self.mill_to(None, Some(h.second), None, span);
         }
         let mut radii = vec![path];
-        if values.contains_key(&370) {
-            let step = if self.cycle_number(values, 370, None, span)? == 0.0 {
-                radius
-            } else {
-                self.overlap(values, radius, span)?
-            };
+        if v.given(370).is_some() {
+            let step = if v.value(370)? == 0.0 { radius } else { self.overlap(v, radius)? };
             // Adds helices inwards until only what was roughed before is left inside the innermost
             // one.
             while let Some(&innermost) = radii.last()
@@ -95,11 +84,11 @@ impl Interpreter {
                 2.0 * (path + radius),
                 2.0 * radius
             );
-            return Err(Fault::new(codes::ARGUMENTS, span, message).help(
-                "give the diameter that is roughed before in Q342, or the overlap in Q370, or mill a pocket (252)",
-            ));
+            let help =
+                "give the diameter that is roughed before in Q342, or the overlap in Q370, or mill a pocket (252)";
+            return Err(v.fault(codes::ARGUMENTS, message, help));
         }
-        let climb = self.climbs(values, span)?;
+        let climb = self.climbs(v)?;
         for path in radii.into_iter().rev() {
             let side = [center[0] + path, center[1]];
             let half = [center[0] + 0.5 * path, center[1]];
@@ -119,21 +108,18 @@ impl Interpreter {
         self.mill_to(None, Some(h.second), None, span)
     }
 
-    pub(super) fn thread_mill(&mut self, values: &Values, radius: f64, lift: f64, span: Span) -> Result<(), Fault> {
-        let h = self.heights(262, values, lift, span)?;
-        let path = self.hole_radius(262, values, radius, span)?;
-        let pitch = self.mm(values, 239, None, span)?;
-        let per_step = self.cycle_number(values, 355, None, span)?;
-        if pitch == 0.0 || !pitch.is_finite() || path <= NO_WIDTH_MM {
-            return Err(Fault::new(codes::ARGUMENTS, span, "the thread has no pitch, or is not wider than the tool")
-                .help("check Q239 and Q335"));
-        }
+    pub(super) fn thread_mill(&mut self, v: &Values, radius: f64) -> Result<(), Fault> {
+        let span = v.span;
+        let h = self.heights(v)?;
+        let path = Self::hole_radius(v, radius)?;
+        let pitch = Self::thread_of(v, path)?;
+        let per_step = v.value(355)?;
         if per_step < 0.0 || per_step.fract() != 0.0 {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("Q355 is {per_step}"))
-                .help("write 0, 1 or the number of threads that the tool cuts at once"));
+            let help = "write 0, 1 or the number of threads that the tool cuts at once";
+            return Err(v.fault(codes::BAD_VALUE, format!("Q355 is {per_step}"), help));
         }
         // As the figures in the manual show: climb turns counter-clockwise, with M4 the other way.
-        let counter = self.climbs(values, span)?;
+        let counter = self.climbs(v)?;
         // A right-hand thread rises where the tool turns counter-clockwise.
         let rises = counter == (pitch > 0.0);
         let (p, total) = (pitch.abs(), (h.depth - h.surface).abs());
@@ -145,9 +131,9 @@ impl Interpreter {
         };
         let center = self.flat(span)?;
         self.come_over(center, h.clear, span)?;
-        let feed = self.cycle_feed(values, 207, span)?;
+        let feed = self.cycle_feed(v, 207)?;
         let helix = Helix { center, path, counter, feed };
-        self.thread_pieces(helix, values, &pieces, (p, rises), (h.surface, h.down), span)?;
+        self.thread_pieces(helix, v, &pieces, (p, rises), h)?;
         self.mill_to(None, Some(h.clear), None, span)?;
         self.mill_to(None, Some(h.second), None, span)
     }
@@ -156,14 +142,14 @@ impl Interpreter {
     pub(super) fn thread_pieces(
         &mut self,
         helix: Helix,
-        values: &Values,
+        v: &Values,
         pieces: &[(f64, f64)],
         (p, rises): (f64, bool),
-        (surface, down): (f64, f64),
-        span: Span,
+        h: Heights,
     ) -> Result<(), Fault> {
-        let position = if values.contains_key(&253) { self.cycle_feed(values, 253, span)? } else { None };
-        let at = |depth: f64| surface + down * depth;
+        let span = v.span;
+        let position = self.feed_if_written(v, 253)?;
+        let at = |depth: f64| h.surface + h.down * depth;
         for &(low, high) in pieces {
             let (from, to) = if rises { (low, high) } else { (high, low) };
             let lead = if rises { -0.5 * p } else { 0.5 * p };

@@ -8,80 +8,76 @@
 //!   Q226          ------------>      (strategy 1: inside of it between two passes)
 //! ```
 
-use super::Values;
+use crate::Feed;
 use crate::channel::milling::WHOLE;
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::cycle::Values;
+use crate::diagnostic::Fault;
 use crate::dialect::heidenhain::interpreter::Interpreter;
 
 /// Most passes and depths of one cycle.
 const MAX_LINES: f64 = 10_000.0;
 
-/// Parameters that the control writes, and what is taken for granted.
-pub(super) fn words() -> (&'static [u32], &'static str) {
-    (
-        &[389, 225, 226, 227, 386, 218, 219, 202, 369, 370, 207, 385, 253, 200, 357, 204],
-        "passes lie symmetrically over the width Q219; rounded inserts (R2) do not lower the overlap; in the working plane the tool \
-         moves to the first pass at rapid rate",
-    )
+/// Equal passes over the width and equal infeeds down to the bottom, none above the allowed size.
+struct Division {
+    passes: f64,
+    /// Heights, and whether the base is finished there.
+    depths: Vec<(f64, bool)>,
 }
 
-/// Parameters that the control writes for 233, and what is taken for granted.
-pub(super) fn words_of_233() -> (&'static [u32], &'static str) {
-    (
-        &[215, 389, 350, 218, 219, 227, 386, 369, 202, 370, 207, 385, 253, 357, 200, 204],
-        "without Q367 the surface begins at the tool, to the sides of the signs of Q218 and Q219; passes lie symmetrically over its \
-         width; the tool goes back to the first pass Q200 above the depth",
-    )
-}
-
-/// Parameters of 233 that must be zero, with what to do instead.
-pub(super) const ZEROS: &[(u32, &str)] = &[
-    (347, "a side wall limits the surface: mill a pocket or a stud"),
-    (348, "a side wall limits the surface: mill a pocket or a stud"),
-    (349, "a side wall limits the surface: mill a pocket or a stud"),
-];
-
-impl Interpreter {
-    pub(super) fn face_mill(&mut self, values: &Values, radius: f64, span: Span) -> Result<(), Fault> {
-        let number = |key: u32| self.cycle_number(values, key, None, span);
-        let mm = |key: u32| self.mm(values, key, None, span);
-        let strategy = number(389)?;
-        if !matches!(strategy, 0.0 | 1.0 | 2.0) {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("Q389 takes 0, 1 or 2 and has {strategy}"))
-                .help("0 and 1 mill in meanders, 2 line by line"));
-        }
-        let (u0, v0, top, bottom) = (mm(225)?, mm(226)?, mm(227)?, mm(386)?);
-        let (length, width) = (mm(218)?, mm(219)?);
-        let (infeed, allowance) = (mm(202)?.abs(), mm(369)?.abs());
-        let (clearance, lateral) = (mm(200)?.abs(), mm(357)?.abs());
-        let second = top.max(bottom) + mm(204)?.abs();
-        if length == 0.0 || width == 0.0 || infeed == 0.0 || !(length + width).is_finite() {
-            return Err(Fault::new(codes::ARGUMENTS, span, "Q218, Q219 and Q202 of cycle 232 must not be zero")
-                .help("write the sides of the surface and the infeed"));
-        }
-        let (mill, finish, position) = (
-            self.cycle_feed(values, 207, span)?,
-            self.cycle_feed(values, 385, span)?,
-            self.cycle_feed(values, 253, span)?,
-        );
-        // Equal passes and equal infeeds, none above the allowed size.
-        let passes = (width.abs() / self.overlap(values, radius, span)? - WHOLE).ceil().max(1.0);
+impl Division {
+    /// `sides`: the parameters of the width.
+    fn of(v: &Values, width: f64, overlap: f64, sides: &'static str) -> Result<Self, Fault> {
+        let (top, bottom, allowance) = (v.value(227)?, v.value(386)?, v.value(369)?.abs());
+        let passes = (width.abs() / overlap - WHOLE).ceil().max(1.0);
         let total = top - bottom;
         let rough = total.signum() * (total.abs() - allowance).max(0.0);
-        let infeeds = (rough.abs() / infeed - WHOLE).ceil().max(0.0);
+        let infeeds = (rough.abs() / v.value(202)?.abs() - WHOLE).ceil().max(0.0);
         if passes > MAX_LINES || infeeds > MAX_LINES {
-            return Err(Fault::new(codes::ARGUMENTS, span, "cycle 232 would need more than 10 000 passes or infeeds")
-                .help("check Q219, Q370, Q202"));
+            let message = format!("cycle {} would need more than 10 000 passes or infeeds", v.name());
+            return Err(v.fault(codes::ARGUMENTS, message, sides));
         }
-        let lines: Vec<f64> = (0..passes as u32).map(|i| v0 + width * (f64::from(i) + 0.5) / passes).collect();
+        let depths = (1..=infeeds as u32).map(|i| (top - rough * f64::from(i) / infeeds, false)).collect();
+        Ok(Self { passes, depths })
+    }
+
+    /// The middle of each pass as a distance from the start of the width.
+    fn lines(&self, width: f64) -> impl Iterator<Item = f64> {
+        let passes = self.passes;
+        (0..passes as u32).map(move |i| width * (f64::from(i) + 0.5) / passes)
+    }
+}
+
+impl Interpreter {
+    /// Feeds of milling, finishing and positioning.
+    fn face_feeds(&self, v: &Values) -> Result<[Option<Feed>; 3], Fault> {
+        Ok([self.cycle_feed(v, 207)?, self.cycle_feed(v, 385)?, self.cycle_feed(v, 253)?])
+    }
+
+    pub(super) fn face_mill(&mut self, v: &Values, radius: f64) -> Result<(), Fault> {
+        let span = v.span;
+        let strategy = v.value(389)?;
+        if !matches!(strategy, 0.0 | 1.0 | 2.0) {
+            let message = format!("Q389 takes 0, 1 or 2 and has {strategy}");
+            return Err(v.fault(codes::BAD_VALUE, message, "0 and 1 mill in meanders, 2 line by line"));
+        }
+        let (u0, v0, top, bottom) = (v.value(225)?, v.value(226)?, v.value(227)?, v.value(386)?);
+        let (length, width) = (v.value(218)?, v.value(219)?);
+        let (clearance, lateral) = (v.value(200)?.abs(), v.value(357)?.abs());
+        let second = top.max(bottom) + v.value(204)?.abs();
+        if length == 0.0 || width == 0.0 || v.value(202)? == 0.0 || !(length + width).is_finite() {
+            let message = "Q218, Q219 and Q202 of cycle 232 must not be zero";
+            return Err(v.fault(codes::ARGUMENTS, message, "write the sides of the surface and the infeed"));
+        }
+        let [mill, finish, position] = self.face_feeds(v)?;
+        let division = Division::of(v, width, self.overlap(v, radius)?, "check Q219, Q370, Q202")?;
+        let lines: Vec<f64> = division.lines(width).map(|line| v0 + line).collect();
+        let mut depths = division.depths;
         let outside = length.signum() * (radius + lateral);
         let inside = length.signum() * radius.min(0.5 * length.abs());
         let far = [u0 - outside, u0 + length + outside];
         let near = [u0 + inside, u0 + length - inside];
-        let mut depths: Vec<(f64, bool)> =
-            (1..=infeeds as u32).map(|i| (top - rough * f64::from(i) / infeeds, false)).collect();
-        if allowance > 0.0 {
+        if v.value(369)? != 0.0 {
             depths.push((bottom, true));
         }
         let normal = self.modal.normal;
@@ -125,10 +121,10 @@ impl Interpreter {
         self.mill_to(None, Some(second), None, span)
     }
 
-    pub(super) fn face_233(&mut self, values: &Values, radius: f64, span: Span) -> Result<(), Fault> {
-        let mm = |key: u32| self.mm(values, key, None, span);
-        let choice = |key: u32, default: f64, allowed: &[f64]| -> Result<f64, Fault> {
-            let value = self.cycle_number(values, key, Some(default), span)?;
+    pub(super) fn face_233(&mut self, v: &Values, radius: f64) -> Result<(), Fault> {
+        let span = v.span;
+        let choice = |key: u32, usual: f64, allowed: &[f64]| -> Result<f64, Fault> {
+            let value = v.raw(key)?.unwrap_or(usual);
             if allowed.contains(&value) {
                 return Ok(value);
             }
@@ -140,24 +136,16 @@ impl Interpreter {
         let operation = choice(215, 0.0, &[0.0, 1.0, 2.0])?;
         let main = choice(350, 1.0, &[1.0, 2.0])? == 1.0;
         let position = choice(367, -1.0, &[-1.0, 0.0, 1.0, 2.0, 3.0, 4.0])?;
-        let sides = [mm(218)?, mm(219)?];
-        let (top, bottom) = (mm(227)?, mm(386)?);
-        let (infeed, allowance) = (mm(202)?.abs(), mm(369)?.abs());
-        let (clearance, lateral) = (mm(200)?.abs(), mm(357)?.abs());
-        let second = top.max(bottom) + mm(204)?.abs();
-        if sides.contains(&0.0) || infeed == 0.0 || top == bottom || !(sides[0] + sides[1]).is_finite() {
-            return Err(Fault::new(
-                codes::ARGUMENTS,
-                span,
-                "the sides, the infeed and the depth of cycle 233 must not be zero",
-            )
-            .help("write Q218, Q219, Q202 and another height in Q386 than in Q227"));
+        let sides = [v.value(218)?, v.value(219)?];
+        let (top, bottom) = (v.value(227)?, v.value(386)?);
+        let (clearance, lateral) = (v.value(200)?.abs(), v.value(357)?.abs());
+        let second = top.max(bottom) + v.value(204)?.abs();
+        if sides.contains(&0.0) || v.value(202)? == 0.0 || top == bottom || !(sides[0] + sides[1]).is_finite() {
+            let message = "the sides, the infeed and the depth of cycle 233 must not be zero";
+            let help = "write Q218, Q219, Q202 and another height in Q386 than in Q227";
+            return Err(v.fault(codes::ARGUMENTS, message, help));
         }
-        let (mill, finish, across) = (
-            self.cycle_feed(values, 207, span)?,
-            self.cycle_feed(values, 385, span)?,
-            self.cycle_feed(values, 253, span)?,
-        );
+        let [mill, finish, across] = self.face_feeds(v)?;
         let (along, over) = if main { (0, 1) } else { (1, 0) };
         // Tool position by Q367: -1 the corner that the signs of the side lengths refer to, 0 the
         // middle, 1 to 4 a corner, counter-clockwise from the lower left.
@@ -170,29 +158,20 @@ impl Interpreter {
                 ([here[0] - from[0], here[1] - from[1]], [1.0, 1.0])
             }
         };
-        let passes = (sides[over].abs() / self.overlap(values, radius, span)? - WHOLE).ceil().max(1.0);
-        let total = top - bottom;
-        let rough = total.signum() * (total.abs() - allowance).max(0.0);
-        let infeeds = (rough.abs() / infeed - WHOLE).ceil().max(0.0);
-        if passes > MAX_LINES || infeeds > MAX_LINES {
-            return Err(Fault::new(codes::ARGUMENTS, span, "cycle 233 would need more than 10 000 passes or infeeds")
-                .help("check Q218, Q219, Q370, Q202"));
-        }
+        let width = sides[over].abs();
+        let division = Division::of(v, width, self.overlap(v, radius)?, "check Q218, Q219, Q370, Q202")?;
         let at = |end: f64, line: f64| {
             let mut p = corner;
             p[along] += signs[along] * end;
             p[over] += signs[over] * line;
             p
         };
-        let lines: Vec<f64> = (0..passes as u32).map(|i| sides[over].abs() * (f64::from(i) + 0.5) / passes).collect();
+        let lines: Vec<f64> = division.lines(width).collect();
         let length = sides[along].abs();
         let begin = -(radius + lateral);
         let reach = lateral + if strategy == 0.0 || strategy == 2.0 { radius } else { 0.0 };
-        let mut depths: Vec<(f64, bool)> = match operation {
-            2.0 => Vec::new(),
-            _ => (1..=infeeds as u32).map(|i| (top - rough * f64::from(i) / infeeds, false)).collect(),
-        };
-        if operation != 1.0 && (allowance > 0.0 || operation == 2.0) {
+        let mut depths = if operation == 2.0 { Vec::new() } else { division.depths };
+        if operation != 1.0 && (v.value(369)? != 0.0 || operation == 2.0) {
             depths.push((bottom, true));
         }
         let by_lines = strategy >= 2.0;

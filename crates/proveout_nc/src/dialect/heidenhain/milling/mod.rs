@@ -25,24 +25,22 @@ mod ruled;
 mod stud;
 mod thread;
 
-use std::collections::BTreeMap;
-
-use super::cycle::Setting;
+use super::drilling::check_depth;
 use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
 use super::words::{Kind, Param};
 use crate::channel::milling::{Job, Mills};
 use crate::channel::shape::{self, Place};
 use crate::codes;
+use crate::cycle::{Key, Values, heidenhain as table};
 use crate::diagnostic::{Fault, Span};
 use crate::settings::Compensation;
 use crate::{AxisValues, CompSide, CutterComp, Motion, Op, SpindleDirection};
 
-type Values = BTreeMap<u32, Setting>;
-
-/// Milling cycles that are read.
-pub(crate) const CYCLES: [u32; 21] =
-    [208, 210, 211, 212, 213, 214, 215, 230, 231, 232, 233, 251, 252, 253, 254, 256, 257, 262, 263, 264, 265];
+/// The cycle mills. Those have courses of their own, of which something is taken for granted.
+pub(super) fn is_milling(cycle: &str) -> bool {
+    table::ALL.iter().any(|spec| spec.name == cycle && spec.assumed.is_some())
+}
 
 /// Largest overlap factor that leaves no posts in the corners between rings: a ring reaches the
 /// corner left by the ring around it if (k - R) sqrt(2) is at most R.
@@ -83,46 +81,38 @@ impl Mills for Heidenhain {
 
 impl Interpreter {
     /// Checks the parameters when the cycle is defined, and reports what is assumed.
-    pub(crate) fn check_milling(&mut self, number: u32, values: &Values, span: Span) -> Result<(), Fault> {
-        let (needed, assumed): (&[u32], &str) = match number {
-            208 => bore::bore_words(),
-            210..=215 => old::words(number),
-            262 => bore::thread_words(),
-            263..=265 => thread::words(number),
-            230 | 231 => ruled::words(number),
-            232 => face::words(),
-            233 => face::words_of_233(),
-            256 | 257 => stud::words(number),
-            _ => pocket::words(number),
-        };
-        for &key in needed {
-            if !values.contains_key(&key) {
-                return Err(Fault::new(codes::ARGUMENTS, span, format!("cycle {number} has no Q{key}"))
+    pub(crate) fn check_milling(&mut self, v: &Values) -> Result<(), Fault> {
+        let number = v.name();
+        for parameter in v.spec.parameters.iter().filter(|parameter| parameter.written) {
+            if let Key::Q(key) = parameter.key
+                && v.given(key).is_none()
+            {
+                return Err(Fault::new(codes::ARGUMENTS, v.span, format!("cycle {number} has no Q{key}"))
                     .help(format!("write Q{key}=, as the control does")));
             }
         }
-        if !matches!(number, 230..=233) && self.cycle_number(values, 201, None, span)? == 0.0 {
-            return Err(Fault::new(codes::ARGUMENTS, span, format!("the depth Q201 of cycle {number} is zero"))
-                .help("write a depth below zero"));
+        if !matches!(number, "230" | "231" | "232" | "233") {
+            check_depth(v)?;
         }
-        let zeros = if number == 233 { face::ZEROS } else { thread::zeros(number) };
-        for &(key, remedy) in zeros {
-            let value = self.cycle_number(values, key, (number == 233).then_some(0.0), span)?;
+        for &(key, remedy) in table::zeros(number) {
+            let value = v.raw(key)?.unwrap_or(0.0);
             if value != 0.0 {
                 let message = format!("cycle {number} with Q{key}={value} is not supported");
-                return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help(remedy));
+                return Err(v.fault(codes::UNSUPPORTED_WORD, message, remedy));
             }
         }
-        if number == 233 && self.cycle_number(values, 389, None, span)? == 4.0 {
+        if number == "233" && v.value(389)? == 4.0 {
             let message = "cycle 233 with Q389=4 (a spiral from the outside in) is not supported";
-            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, message).help("choose Q389=0 to 3"));
+            return Err(v.fault(codes::UNSUPPORTED_WORD, message, "choose Q389=0 to 3"));
         }
-        if self.cycle_number(values, 439, Some(3.0), span)? == 1.0 {
+        if v.value(439)? == 1.0 {
             self.assume(format!(
                 "cycle {number}: Q439=1 counts the feed at the cutting edge, and is taken at the tool center"
             ));
         }
-        self.assume(format!("cycle {number}: {assumed}"));
+        if let Some(assumed) = v.spec.assumed {
+            self.assume(format!("cycle {number}: {assumed}"));
+        }
         Ok(())
     }
 
@@ -142,54 +132,50 @@ impl Interpreter {
     }
 
     /// Cycles 4 and 5: the surface lies the set-up clearance below the tool, and DR says the direction.
-    pub(crate) fn old_pocket_here(&mut self, number: u32, values: &Values, span: Span) -> Result<(), Fault> {
-        let unit = self.modal.unit();
-        let clearance = self.mm(values, 200, None, span)?;
-        let surface = self.known(self.modal.normal, span)? - clearance;
+    pub(crate) fn old_pocket_here(&mut self, v: &Values) -> Result<(), Fault> {
+        let clearance = v.value(200)?;
+        let surface = self.known(self.modal.normal, v.span)? - clearance;
         let climbs = self.technology.direction != SpindleDirection::CounterClockwise;
-        let turn = self.cycle_number(values, 351, None, span)?;
-        let mut values = values.clone();
-        for (key, value) in [
-            (203, surface / unit),
-            (204, clearance / unit),
-            (351, if climbs { turn } else { -turn }),
-            (215, 1.0),
-            (224, 0.0),
-            (366, 0.0),
-        ] {
-            values.insert(key, Setting::Number(value));
+        let turn = v.value(351)?;
+        let mut values = v.clone();
+        values.put(203, surface / v.length);
+        values.put(204, clearance / v.length);
+        values.put(351, if climbs { turn } else { -turn });
+        for (key, value) in [(215, 1.0), (224, 0.0), (366, 0.0)] {
+            values.put(key, value);
         }
-        self.mill(if number == 4 { 251 } else { 252 }, &values, 0.0, span)
+        values.spec = if v.name() == "4" { &table::C251 } else { &table::C252 };
+        self.mill(&values)
     }
 
     /// Runs a milling cycle at the tool position.
-    pub(crate) fn mill(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
-        if old::OLD.contains(&number) {
-            return self.mill_old(number, values, lift, span);
+    pub(crate) fn mill(&mut self, v: &Values) -> Result<(), Fault> {
+        if matches!(v.name(), "210" | "211" | "212" | "213" | "214" | "215") {
+            return self.mill_old(v);
         }
         let before = self.technology.feed;
         let Some(radius) = self.tool_radius() else {
-            self.mill_wall_alone(number, values, lift, span)?;
+            self.mill_wall_alone(v)?;
             self.technology.feed = before;
             return Ok(());
         };
-        match number {
-            208 => self.bore_mill(values, radius, lift, span)?,
-            262 => self.thread_mill(values, radius, lift, span)?,
-            263..=265 => self.thread_cycle(number, values, radius, lift, span)?,
-            230 => self.multipass(values, radius, span)?,
-            231 => self.ruled_surface(values, radius, span)?,
-            232 => self.face_mill(values, radius, span)?,
-            233 => self.face_233(values, radius, span)?,
-            _ => {
-                let job = self.job(number, values, radius, lift, span)?;
-                let here = self.flat(span)?;
+        match v.name() {
+            "208" => self.bore_mill(v, radius)?,
+            "262" => self.thread_mill(v, radius)?,
+            "263" | "264" | "265" => self.thread_cycle(v, radius)?,
+            "230" => self.multipass(v, radius)?,
+            "231" => self.ruled_surface(v, radius)?,
+            "232" => self.face_mill(v, radius)?,
+            "233" => self.face_233(v, radius)?,
+            number => {
+                let job = self.job(v, radius)?;
+                let here = self.flat(v.span)?;
                 let plans = match number {
-                    256 | 257 => vec![self.stud_plan(number, values, &job, here, span)?],
-                    _ => self.pocket_plans(number, values, &job, here, span)?,
+                    "256" | "257" => vec![self.stud_plan(v, &job, here)?],
+                    _ => self.pocket_plans(v, &job, here)?,
                 };
                 for plan in &plans {
-                    self.run_plan(plan, &job, here, span)?;
+                    self.run_plan(plan, &job, here, v.span)?;
                 }
             }
         }
@@ -197,98 +183,95 @@ impl Interpreter {
         Ok(())
     }
 
-    fn job(&self, number: u32, values: &Values, radius: f64, lift: f64, span: Span) -> Result<Job, Fault> {
-        let heights = self.heights(number, values, lift, span)?;
-        let len = |key: u32, default: f64| self.mm(values, key, Some(default), span).map(f64::abs);
-        let operation = self.cycle_number(values, 215, Some(0.0), span)?;
+    fn job(&self, v: &Values, radius: f64) -> Result<Job, Fault> {
+        let heights = self.heights(v)?;
+        let len = |key: u32| v.value(key).map(f64::abs);
+        let operation = v.value(215)?;
         if !matches!(operation, 0.0 | 1.0 | 2.0) {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("Q215 takes 0, 1 or 2 and has {operation}"))
-                .help("0 roughs and finishes, 1 roughs, 2 finishes"));
+            let message = format!("Q215 takes 0, 1 or 2 and has {operation}");
+            return Err(v.fault(codes::BAD_VALUE, message, "0 roughs and finishes, 1 roughs, 2 finishes"));
         }
-        let (side, floor) = (len(368, 0.0)?, len(369, 0.0)?);
-        let mill = self.cycle_feed(values, 207, span)?;
-        let finish = if values.contains_key(&385) { self.cycle_feed(values, 385, span)? } else { mill };
+        let (side, floor) = (len(368)?, len(369)?);
+        let mill = self.cycle_feed(v, 207)?;
+        let finish = if v.given(385).is_some() { self.cycle_feed(v, 385)? } else { mill };
         Ok(Job {
             heights,
             clearance: (heights.clear - heights.surface).abs(),
             total: (heights.depth - heights.surface).abs(),
             wall_depth: (heights.depth - heights.surface).abs(),
-            infeed: len(202, 0.0)?,
-            finish_infeed: len(338, 0.0)?,
+            infeed: len(202)?,
+            finish_infeed: len(338)?,
             roughing: operation != 2.0,
             finishing: operation != 1.0,
             side,
             floor,
             mill,
-            plunge: self.cycle_feed(values, 206, span)?,
+            plunge: self.cycle_feed(v, 206)?,
             finish,
-            climb: self.climbs(values, span)?,
+            climb: self.climbs(v)?,
             radius,
         })
     }
 
     /// Q351: +1 climb, -1 up-cut. With M4 the tool rotates the other way.
-    fn climbs(&self, values: &Values, span: Span) -> Result<bool, Fault> {
-        let way = self.cycle_number(values, 351, Some(1.0), span)?;
+    fn climbs(&self, v: &Values) -> Result<bool, Fault> {
+        let way = v.value(351)?;
         if way.abs() != 1.0 {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("Q351 takes +1 or -1 and has {way}"))
-                .help("+1 mills in climb, -1 in up-cut"));
+            let message = format!("Q351 takes +1 or -1 and has {way}");
+            return Err(v.fault(codes::BAD_VALUE, message, "+1 mills in climb, -1 in up-cut"));
         }
         Ok((way > 0.0) == (self.technology.direction != SpindleDirection::CounterClockwise))
     }
 
     /// Distance between two passes, mm.
-    fn overlap(&self, values: &Values, radius: f64, span: Span) -> Result<f64, Fault> {
-        let factor = self.cycle_number(values, 370, Some(1.0), span)?;
+    fn overlap(&self, v: &Values, radius: f64) -> Result<f64, Fault> {
+        let factor = v.value(370)?;
         if !(factor > 0.0 && factor < 2.0) {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("the overlap factor Q370 is {factor}"))
-                .help("write a factor above 0 and below 2"));
+            let message = format!("the overlap factor Q370 is {factor}");
+            return Err(v.fault(codes::BAD_VALUE, message, "write a factor above 0 and below 2"));
         }
         Ok(factor.min(LARGEST_OVERLAP) * radius)
     }
 
     /// The finished wall at its depth with cutter compensation: all that a program without its tool
     /// table says of the path.
-    fn mill_wall_alone(&mut self, number: u32, values: &Values, lift: f64, span: Span) -> Result<(), Fault> {
-        let unknown = |message: &str| {
-            Fault::new(
-                codes::COMPENSATION,
-                span,
-                format!("cycle {number} needs the radius of the tool, which {message}"),
-            )
-            .help("give the tool, or its radius with --variable Q108=5")
+    fn mill_wall_alone(&mut self, v: &Values) -> Result<(), Fault> {
+        let (number, span) = (v.name(), v.span);
+        let unknown = |why: &str| {
+            let message = format!("cycle {number} needs the radius of the tool, which {why}");
+            Err(v.fault(codes::COMPENSATION, message, "give the tool, or its radius with --variable Q108=5"))
         };
         if matches!(self.settings.compensation, Compensation::ToolCenter(_)) {
-            return Err(unknown("the tools do not give"));
+            return unknown("the tools do not give");
         }
-        if matches!(number, 230..=233) {
-            return Err(unknown("no tool table gives here"));
+        if matches!(number, "230" | "231" | "232" | "233") {
+            return unknown("no tool table gives here");
         }
-        let h = self.heights(number, values, lift, span)?;
+        let h = self.heights(v)?;
         let here = self.flat(span)?;
         let (place, shape, inside) = match number {
-            208 | 262..=265 => {
-                let r = 0.5 * self.mm(values, 335, None, span)?;
+            "208" | "262" | "263" | "264" | "265" => {
+                let r = 0.5 * v.value(335)?;
                 (Place::new(here, 0.0), shape::Shape::Rounded { a: r, b: r, corner: r }, true)
             }
-            256 | 257 => {
-                let (place, shape, ..) = self.stud_shape(number, values, here, span)?;
+            "256" | "257" => {
+                let (place, shape, ..) = Self::stud_shape(v, here)?;
                 (place, shape, false)
             }
             _ => {
-                let (place, shape, ..) = self.pocket_shape(number, values, here, span)?;
+                let (place, shape, ..) = Self::pocket_shape(v, here)?;
                 (place, shape, true)
             }
         };
-        let climb = self.climbs(values, span)?;
+        let climb = self.climbs(v)?;
         self.assume(format!(
             "cycle {number}: the radius of the tool is not known here, so that the finished wall is given once at its depth, with \
              cutter compensation, and no roughing"
         ));
         let ring = shape.ring(0.0);
         let ring = if climb == inside { ring } else { ring.reversed() };
-        let key = if number == 208 { 206 } else { 207 };
-        let feed = self.cycle_feed(values, key, span)?;
+        let key = if number == "208" { 206 } else { 207 };
+        let feed = self.cycle_feed(v, key)?;
         let start = place.at(ring.start);
         self.come_over(if inside { here } else { start }, h.clear, span)?;
         self.mill_to(None, Some(h.depth), feed, span)?;

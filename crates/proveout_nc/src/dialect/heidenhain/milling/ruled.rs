@@ -13,59 +13,39 @@
 //!
 //! Courses after HEIDENHAIN, *iTNC 530 Cycle programming* (670388), "Multipass milling: cycle 230", "Ruled surface: cycle 231".
 
-use super::Values;
 use crate::Feed;
 use crate::channel::milling::Mills;
 use crate::codes;
+use crate::cycle::Values;
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::heidenhain::interpreter::{Heidenhain, Interpreter};
 
 /// Most lines of one cycle.
 const MAX_LINES: f64 = 10_000.0;
 
-/// Parameters that the control writes, and what is taken for granted.
-pub(super) fn words(number: u32) -> (&'static [u32], &'static str) {
-    if number == 230 {
-        (
-            &[225, 226, 227, 218, 219, 240, 206, 207, 209, 200],
-            "the tool center runs along both edges of the width (Q226 and Q226 + Q219), and goes beyond the length by \
-             its radius",
-        )
-    } else {
-        (
-            &[225, 226, 227, 228, 229, 230, 231, 232, 233, 234, 235, 236, 240, 207],
-            "the middle of the tool runs along the surface; the ways to the first point, down to a line and over to the next one are in Q207",
-        )
+/// Lines by Q240: for each, its position as a share of the way across.
+fn lines(v: &Values, least: f64) -> Result<Vec<f64>, Fault> {
+    let count = v.value(240)?;
+    if count.fract() != 0.0 || !(least..=MAX_LINES).contains(&count) {
+        let message = format!("Q240 of cycle {} takes a whole number from {least} to 10 000 and has {count}", v.name());
+        return Err(v.fault(codes::BAD_VALUE, message, "write the number of lines"));
     }
+    Ok((0..count as u32).map(|i| f64::from(i) / (count - 1.0).max(1.0)).collect())
 }
 
 impl Interpreter {
-    /// Lines by Q240: for each, its position as a share of the way across.
-    fn lines(&self, number: u32, values: &Values, least: f64, span: Span) -> Result<Vec<f64>, Fault> {
-        let count = self.cycle_number(values, 240, None, span)?;
-        if count.fract() != 0.0 || !(least..=MAX_LINES).contains(&count) {
-            let message = format!("Q240 of cycle {number} takes a whole number from {least} to 10 000 and has {count}");
-            return Err(Fault::new(codes::BAD_VALUE, span, message).help("write the number of lines"));
-        }
-        Ok((0..count as u32).map(|i| f64::from(i) / (count - 1.0).max(1.0)).collect())
-    }
-
     /// Cycle 230.
-    pub(super) fn multipass(&mut self, values: &Values, radius: f64, span: Span) -> Result<(), Fault> {
-        let mm = |key: u32| self.mm(values, key, None, span);
-        let (u0, v0, top) = (mm(225)?, mm(226)?, mm(227)?);
-        let (length, width, clearance) = (mm(218)?, mm(219)?, mm(200)?.abs());
+    pub(super) fn multipass(&mut self, v: &Values, radius: f64) -> Result<(), Fault> {
+        let span = v.span;
+        let (u0, v0, top) = (v.value(225)?, v.value(226)?, v.value(227)?);
+        let (length, width, clearance) = (v.value(218)?, v.value(219)?, v.value(200)?.abs());
         if length == 0.0 || !(length + width).is_finite() {
-            return Err(Fault::new(codes::ARGUMENTS, span, "Q218 of cycle 230 must not be zero")
-                .help("write the length of the surface"));
+            let message = "Q218 of cycle 230 must not be zero";
+            return Err(v.fault(codes::ARGUMENTS, message, "write the length of the surface"));
         }
         let least = if width == 0.0 { 1.0 } else { 2.0 };
-        let lines = self.lines(230, values, least, span)?;
-        let (down, mill, across) = (
-            self.cycle_feed(values, 206, span)?,
-            self.cycle_feed(values, 207, span)?,
-            self.cycle_feed(values, 209, span)?,
-        );
+        let lines = lines(v, least)?;
+        let (down, mill, across) = (self.cycle_feed(v, 206)?, self.cycle_feed(v, 207)?, self.cycle_feed(v, 209)?);
         let beyond = radius * length.signum();
         let ends = [u0 - beyond, u0 + length + beyond];
         self.mill_to(Some([ends[0], v0]), None, None, span)?;
@@ -73,27 +53,28 @@ impl Interpreter {
         self.mill_to(None, Some(top), down, span)?;
         let mut side = 0;
         for (i, share) in lines.into_iter().enumerate() {
-            let v = v0 + share * width;
+            let line = v0 + share * width;
             if i > 0 {
-                self.mill_to(Some([ends[side], v]), None, across, span)?;
+                self.mill_to(Some([ends[side], line]), None, across, span)?;
             }
             side = 1 - side;
-            self.mill_to(Some([ends[side], v]), None, mill, span)?;
+            self.mill_to(Some([ends[side], line]), None, mill, span)?;
         }
         self.mill_to(None, Some(top + clearance), None, span)
     }
 
     /// Cycle 231.
-    pub(super) fn ruled_surface(&mut self, values: &Values, radius: f64, span: Span) -> Result<(), Fault> {
+    pub(super) fn ruled_surface(&mut self, v: &Values, radius: f64) -> Result<(), Fault> {
+        let span = v.span;
         let mut points = [[0.0; 3]; 4];
         for (i, point) in points.iter_mut().enumerate() {
             for (k, value) in point.iter_mut().enumerate() {
-                *value = self.mm(values, 225 + 3 * i as u32 + k as u32, None, span)?;
+                *value = v.value(225 + 3 * i as u32 + k as u32)?;
             }
         }
         let [one, two, three, four] = points;
-        let lines = self.lines(231, values, 2.0, span)?;
-        let mill = self.cycle_feed(values, 207, span)?;
+        let lines = lines(v, 2.0)?;
+        let mill = self.cycle_feed(v, 207)?;
         let between =
             |a: [f64; 3], b: [f64; 3], t: f64| -> [f64; 3] { std::array::from_fn(|k| a[k] + t * (b[k] - a[k])) };
         let last = lines.len() - 1;

@@ -8,92 +8,59 @@
 //!     '----------'
 //! ```
 
-use super::Values;
+use super::pocket::position;
 use crate::channel::milling::{Job, MAX_PASSES, Plan, Plunge, WHOLE};
 use crate::channel::shape::{Leg, Pass, Place, Point, Shape};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::cycle::Values;
+use crate::diagnostic::Fault;
 use crate::dialect::heidenhain::interpreter::Interpreter;
+use crate::dialect::heidenhain::lexer::refused;
 
 /// Distance of the tool from the blank where it plunges, mm: fixed in the control.
 const BESIDE_BLANK_MM: f64 = 2.0;
 
-/// Parameters that the control writes, and what is taken for granted.
-pub(super) fn words(number: u32) -> (&'static [u32], &'static str) {
-    const CHOSEN: &str = "revolutions from the blank inwards, joined by straight lines; the tool plunges to the right of the blank \
-                          (Q437=0) and comes onto each depth on a half circle";
-    match number {
-        256 => (&[218, 424, 219, 425, 220, 368, 224, 367, 207, 351, 201, 202, 206, 200, 203, 204, 370], CHOSEN),
-        _ => (&[223, 222, 368, 207, 351, 201, 202, 206, 200, 203, 204, 370], CHOSEN),
-    }
-}
-
 impl Interpreter {
     /// Where the stud lies, its wall, the largest thickness of the material around it, and half of
     /// the blank along the first axis.
-    pub(super) fn stud_shape(
-        &self,
-        number: u32,
-        values: &Values,
-        here: Point,
-        span: Span,
-    ) -> Result<(Place, Shape, f64, f64), Fault> {
+    pub(super) fn stud_shape(v: &Values, here: Point) -> Result<(Place, Shape, f64, f64), Fault> {
         let half = |key: u32, blank: u32| {
-            let (stud, blank_size) =
-                (0.5 * self.mm(values, key, None, span)?, 0.5 * self.mm(values, blank, None, span)?);
+            let (stud, blank_size) = (0.5 * v.value(key)?, 0.5 * v.value(blank)?);
             if stud > 0.0 && blank_size > stud {
                 return Ok((stud, blank_size));
             }
-            Err(Fault::new(codes::BAD_VALUE, span, format!("the blank Q{blank} is not larger than the stud Q{key}"))
-                .help("write the size of the blank"))
+            let message = format!("the blank Q{blank} is not larger than the stud Q{key}");
+            Err(v.fault(codes::BAD_VALUE, message, "write the size of the blank"))
         };
-        if number == 257 {
+        if v.name() == "257" {
             let (r, blank) = half(223, 222)?;
-            let angle = self.cycle_number(values, 376, Some(-1.0), span)?;
+            let angle = v.raw(376)?.unwrap_or(-1.0);
             let place = Place::new(here, if angle < 0.0 { 0.0 } else { angle });
             return Ok((place, Shape::Rounded { a: r, b: r, corner: r }, blank - r, blank));
         }
-        let start = self.cycle_number(values, 437, Some(0.0), span)?;
+        let start = v.value(437)?;
         if start != 0.0 {
             let word = format!("Q437={start} (approach at a corner of the stud)");
-            return Err(super::super::lexer::refused(
-                &word,
-                span,
-                "write Q437=0: the approach is to the right of the stud",
-            ));
+            return Err(refused(&word, v.span, "write Q437=0: the approach is to the right of the stud"));
         }
         let ((a, blank_a), (b, blank_b)) = (half(218, 424)?, half(219, 425)?);
-        let corner = self.mm(values, 220, Some(0.0), span)?;
+        let corner = v.value(220)?;
         if corner < 0.0 {
-            return Err(super::super::lexer::refused(
-                "Q220 below zero (a chamfer at the corners of the stud)",
-                span,
-                "write the contour as L and CHF blocks",
-            ));
+            let word = "Q220 below zero (a chamfer at the corners of the stud)";
+            return Err(refused(word, v.span, "write the contour as L and CHF blocks"));
         }
-        let at = self.cycle_number(values, 367, Some(0.0), span)?;
-        if at.fract() != 0.0 || !(0.0..=4.0).contains(&at) {
-            return Err(Fault::new(codes::BAD_VALUE, span, format!("Q367 takes 0 to 4 and has {at}"))
-                .help("it gives the tool position relative to the stud"));
-        }
-        let from = [[0.0, 0.0], [-a, -b], [a, -b], [a, b], [-a, b]][at as usize];
-        let place = super::pocket::about(here, from, self.cycle_number(values, 224, None, span)?);
+        let at = position(v, 4.0, "it gives the tool position relative to the stud")?;
+        let from = [[0.0, 0.0], [-a, -b], [a, -b], [a, b], [-a, b]][at];
+        let place = super::pocket::about(here, from, v.value(224)?);
         let shape = Shape::Rounded { a, b, corner: corner.min(a).min(b) };
         Ok((place, shape, (blank_a - a).max(blank_b - b), blank_a))
     }
 
-    pub(super) fn stud_plan(
-        &self,
-        number: u32,
-        values: &Values,
-        job: &Job,
-        here: Point,
-        span: Span,
-    ) -> Result<Plan, Fault> {
-        let (place, shape, thickness, blank) = self.stud_shape(number, values, here, span)?;
-        let overlap = self.overlap(values, job.radius, span)?;
+    pub(super) fn stud_plan(&self, v: &Values, job: &Job, here: Point) -> Result<Plan, Fault> {
+        let (place, shape, thickness, blank) = Self::stud_shape(v, here)?;
+        let overlap = self.overlap(v, job.radius)?;
         let Shape::Rounded { a, .. } = shape else {
-            return Err(Fault::new(codes::ARGUMENTS, span, "a stud is a rectangle or a circle").help("check the cycle"));
+            return Err(v.fault(codes::ARGUMENTS, "a stud is a rectangle or a circle", "check the cycle"));
         };
         let ring = |outside: f64| -> Pass {
             let ring = shape.ring(-outside);

@@ -14,122 +14,82 @@
 
 use std::f64::consts::TAU;
 
-use super::Values;
 use super::bore::Helix;
-use crate::Feed;
-use crate::channel::milling::{SAME_HEIGHT_MM, levels};
+use crate::channel::milling::{Heights, SAME_HEIGHT_MM, levels};
 use crate::channel::shape::{NO_WIDTH_MM, Place};
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::cycle::Values;
+use crate::diagnostic::Fault;
 use crate::dialect::heidenhain::interpreter::Interpreter;
 
-/// Parameters that the control writes, and what is taken for granted.
-pub(super) fn words(number: u32) -> (&'static [u32], &'static str) {
-    const LEADS: &str = "the tool comes onto the thread and leaves it on half circles that rise or fall by half a pitch; countersinking \
-                         runs the way of the thread, with Q254 from the middle on";
-    match number {
-        263 => (&[335, 239, 201, 356, 253, 351, 200, 357, 358, 359, 203, 204, 254, 207], LEADS),
-        264 => (&[335, 239, 201, 356, 253, 351, 202, 258, 257, 256, 358, 359, 200, 203, 204, 206, 207], LEADS),
-        _ => (&[335, 239, 201, 253, 358, 359, 360, 200, 203, 204, 254, 207], LEADS),
-    }
-}
-
-/// Parameters that must be zero, with what to do instead.
-pub(super) fn zeros(number: u32) -> &'static [(u32, &'static str)] {
-    match number {
-        263 => &[(356, "countersink the hole with a cycle of its own, and write Q356=0")],
-        264 => &[
-            (257, "write Q257=0: the tool comes out between the infeeds"),
-            (358, "countersink with a cycle of its own, and write Q358=0"),
-        ],
-        _ => &[],
-    }
-}
-
 impl Interpreter {
-    pub(super) fn thread_cycle(
-        &mut self,
-        number: u32,
-        values: &Values,
-        radius: f64,
-        lift: f64,
-        span: Span,
-    ) -> Result<(), Fault> {
-        let h = self.heights(number, values, lift, span)?;
-        let path = self.hole_radius(number, values, radius, span)?;
-        let pitch = self.mm(values, 239, None, span)?;
+    pub(super) fn thread_cycle(&mut self, v: &Values, radius: f64) -> Result<(), Fault> {
+        let span = v.span;
+        let h = self.heights(v)?;
+        let path = Self::hole_radius(v, radius)?;
+        let pitch = Self::thread_of(v, path)?;
         let (p, total) = (pitch.abs(), (h.depth - h.surface).abs());
-        if pitch == 0.0 || !pitch.is_finite() || path <= NO_WIDTH_MM {
-            return Err(Fault::new(codes::ARGUMENTS, span, "the thread has no pitch, or is not wider than the tool")
-                .help("check Q239 and Q335"));
-        }
         // A right-hand thread rises where the tool turns counter-clockwise; 265 always goes down.
-        let counter = if number == 265 { pitch < 0.0 } else { self.climbs(values, span)? };
-        let rises = number != 265 && counter == (pitch > 0.0);
+        let counter = if v.name() == "265" { pitch < 0.0 } else { self.climbs(v)? };
+        let rises = v.name() != "265" && counter == (pitch > 0.0);
         let center = self.flat(span)?;
         self.come_over(center, h.clear, span)?;
-        if number == 264 {
-            let hole = self.mm(values, 356, None, span)?.abs();
+        if v.name() == "264" {
+            let hole = v.value(356)?.abs();
             if total + 0.5 * p > hole + SAME_HEIGHT_MM {
                 let message = format!(
                     "the thread of cycle 264 with its lead of half a pitch is {:.3} mm deep, and its hole Q356 {hole:.3} mm",
                     total + 0.5 * p
                 );
-                return Err(
-                    Fault::new(codes::ARGUMENTS, span, message).help("drill deeper, or mill the thread alone (262)")
-                );
+                return Err(v.fault(codes::ARGUMENTS, message, "drill deeper, or mill the thread alone (262)"));
             }
-            self.drill_for_thread(values, (h.surface, h.down, h.clear), span)?;
+            self.drill_for_thread(v, h)?;
         }
-        let feed = self.cycle_feed(values, 207, span)?;
+        let feed = self.cycle_feed(v, 207)?;
         let helix = Helix { center, path, counter, feed };
-        let countersink_last = number == 265 && self.thread_flag(values, span)?;
-        if number != 264 && !countersink_last {
-            let key = if number == 263 { 253 } else { 254 };
-            self.countersink(helix, values, key, h.surface, span)?;
+        let countersink_last = v.name() == "265" && Self::countersinks_last(v)?;
+        if v.name() != "264" && !countersink_last {
+            self.countersink(helix, v, if v.name() == "263" { 253 } else { 254 }, h.surface)?;
         }
-        let piece = if number == 265 { (total, 0.0) } else { (total, total - p) };
-        self.thread_pieces(helix, values, &[piece], (p, rises), (h.surface, h.down), span)?;
+        let piece = if v.name() == "265" { (total, 0.0) } else { (total, total - p) };
+        self.thread_pieces(helix, v, &[piece], (p, rises), h)?;
         if countersink_last {
-            self.countersink(helix, values, 253, h.surface, span)?;
+            self.countersink(helix, v, 253, h.surface)?;
         }
         self.mill_to(None, Some(h.clear), None, span)?;
         self.mill_to(None, Some(h.second), None, span)
     }
 
     /// Q360: countersink after the thread.
-    fn thread_flag(&self, values: &Values, span: Span) -> Result<bool, Fault> {
-        match self.cycle_number(values, 360, Some(0.0), span)? {
+    fn countersinks_last(v: &Values) -> Result<bool, Fault> {
+        match v.value(360)? {
             0.0 => Ok(false),
             1.0 => Ok(true),
-            other => Err(Fault::new(codes::BAD_VALUE, span, format!("Q360 takes 0 or 1 and has {other}"))
-                .help("0 countersinks before the thread, 1 after it")),
+            other => {
+                let message = format!("Q360 takes 0 or 1 and has {other}");
+                Err(v.fault(codes::BAD_VALUE, message, "0 countersinks before the thread, 1 after it"))
+            }
         }
     }
 
     /// Infeeds of 264 down to Q356.
-    fn drill_for_thread(
-        &mut self,
-        values: &Values,
-        (surface, down, clear): (f64, f64, f64),
-        span: Span,
-    ) -> Result<(), Fault> {
-        let hole = self.mm(values, 356, None, span)?;
-        if hole * down <= 0.0 || !hole.is_finite() {
-            return Err(Fault::new(codes::ARGUMENTS, span, format!("the depth Q356 of the hole is {hole} mm"))
-                .help("write it with the sign of the depth of the thread"));
+    fn drill_for_thread(&mut self, v: &Values, h: Heights) -> Result<(), Fault> {
+        let span = v.span;
+        let hole = v.value(356)?;
+        if hole * h.down <= 0.0 || !hole.is_finite() {
+            let message = format!("the depth Q356 of the hole is {hole} mm");
+            return Err(v.fault(codes::ARGUMENTS, message, "write it with the sign of the depth of the thread"));
         }
-        let infeed = self.mm(values, 202, Some(0.0), span)?.abs();
-        let stop = self.mm(values, 258, Some(0.0), span)?.abs();
-        let feed = self.cycle_feed(values, 206, span)?;
+        let (infeed, stop) = (v.value(202)?.abs(), v.value(258)?.abs());
+        let feed = self.cycle_feed(v, 206)?;
         let depths = levels(hole.abs(), infeed);
         for (i, &depth) in depths.iter().enumerate() {
-            self.mill_to(None, Some(surface + down * depth), feed, span)?;
+            self.mill_to(None, Some(h.surface + h.down * depth), feed, span)?;
             if i + 1 < depths.len() {
-                self.mill_to(None, Some(clear), None, span)?;
-                let ahead = surface + down * (depth - stop);
+                self.mill_to(None, Some(h.clear), None, span)?;
+                let ahead = h.surface + h.down * (depth - stop);
                 // Not above the height it has retracted to.
-                let ahead = if down < 0.0 { ahead.min(clear) } else { ahead.max(clear) };
+                let ahead = if h.down < 0.0 { ahead.min(h.clear) } else { ahead.max(h.clear) };
                 self.mill_to(None, Some(ahead), None, span)?;
             }
         }
@@ -137,14 +97,15 @@ impl Interpreter {
     }
 
     /// At the front: down to Q358, off the middle by Q359 on a half circle, once around, and back. Nothing where Q358 is zero.
-    fn countersink(&mut self, helix: Helix, values: &Values, key: u32, surface: f64, span: Span) -> Result<(), Fault> {
-        let depth = self.mm(values, 358, Some(0.0), span)?;
+    fn countersink(&mut self, helix: Helix, v: &Values, key: u32, surface: f64) -> Result<(), Fault> {
+        let span = v.span;
+        let depth = v.value(358)?;
         if depth == 0.0 {
             return Ok(());
         }
-        let offset = self.mm(values, 359, Some(0.0), span)?.abs();
-        let to: Option<Feed> = self.cycle_feed(values, key, span)?;
-        let feed = self.cycle_feed(values, 254, span)?;
+        let offset = v.value(359)?.abs();
+        let to = self.cycle_feed(v, key)?;
+        let feed = self.cycle_feed(v, 254)?;
         self.mill_to(None, Some(surface + depth), to, span)?;
         if offset <= NO_WIDTH_MM {
             return Ok(());
