@@ -17,13 +17,13 @@ pub(crate) struct Mapping {
 
 /// The machine and the mapping in force.
 #[derive(Clone, Copy)]
-pub(crate) struct Kinematics<'a> {
+pub(crate) struct ActiveKinematics<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) rig: Option<&'a Rig>,
     pub(crate) mapping: Mapping,
 }
 
-impl Kinematics<'_> {
+impl ActiveKinematics<'_> {
     /// Joint positions with derivatives.
     pub(crate) fn joints(&self, task: &JointJet) -> JointJet {
         match (self.mapping.tcp_length, self.rig) {

@@ -21,4 +21,4 @@ pub use legs::leg_names;
 pub use model::{DriveFault, DriveModel};
 pub use plant_run::{Plant, without_drive};
 pub use sizing::{SizedDrive, largest_loads, size_drives};
-pub use step::{DriveState, Reference};
+pub use step::{DriveState, SetPointRates};

@@ -65,7 +65,7 @@ pub struct DriveFault {
 
 /// Closed loop and saturated motor.
 #[derive(Clone, Debug)]
-pub(crate) struct Pair<const N: usize> {
+pub(crate) struct LoopMaps<const N: usize> {
     pub(crate) closed: Map<N>,
     pub(crate) saturated: Map<N>,
     /// Closed loop over half a control cycle, for a drive that keeps its mode all the way; none where modes must be watched.
@@ -75,8 +75,8 @@ pub(crate) struct Pair<const N: usize> {
 /// States: motor error, velocity, integral (stiff); motor error, motor velocity, load error, load velocity, integral.
 #[derive(Clone, Debug)]
 pub(crate) enum Mechanics {
-    Stiff(Box<Pair<3>>),
-    Elastic { touching: Box<Pair<5>>, apart: Box<Pair<5>> },
+    Stiff(Box<LoopMaps<3>>),
+    Elastic { touching: Box<LoopMaps<5>>, apart: Box<LoopMaps<5>> },
 }
 
 /// The control law over M.
@@ -304,7 +304,7 @@ fn integrator<const N: usize>(law: &Law, closed: bool, z: &[f64; N], u: &[f64; I
     (row, inputs)
 }
 
-fn stiff(law: &Law, viscous: f64, step: f64, half: Option<f64>) -> Pair<3> {
+fn stiff(law: &Law, viscous: f64, step: f64, half: Option<f64>) -> LoopMaps<3> {
     let map = |closed: bool, step: f64| {
         let (z, u) = control::<3>(law, 0, true);
         let (i_row, i_inputs) = integrator(law, closed, &z, &u);
@@ -326,10 +326,17 @@ fn stiff(law: &Law, viscous: f64, step: f64, half: Option<f64>) -> Pair<3> {
         }
         Map::new(&f, &g, step)
     };
-    Pair { closed: map(true, step), saturated: map(false, step), half: half.map(|h| map(true, h)) }
+    LoopMaps { closed: map(true, step), saturated: map(false, step), half: half.map(|h| map(true, h)) }
 }
 
-fn elastic(law: &Law, viscous: f64, share: [f64; 2], spring: Spring, on_load: bool, [step, half]: [f64; 2]) -> Pair<5> {
+fn elastic(
+    law: &Law,
+    viscous: f64,
+    share: [f64; 2],
+    spring: Spring,
+    on_load: bool,
+    [step, half]: [f64; 2],
+) -> LoopMaps<5> {
     let Spring { stiffness: k, damping: d } = spring;
     let [m1, m2] = share;
     let map = |closed: bool, step: f64| {
@@ -363,5 +370,5 @@ fn elastic(law: &Law, viscous: f64, share: [f64; 2], spring: Spring, on_load: bo
         }
         Map::new(&f, &g, step)
     };
-    Pair { closed: map(true, step), saturated: map(false, step), half: (half > 0.0).then(|| map(true, half)) }
+    LoopMaps { closed: map(true, step), saturated: map(false, step), half: (half > 0.0).then(|| map(true, half)) }
 }

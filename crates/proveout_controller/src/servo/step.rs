@@ -29,7 +29,7 @@ use proveout_machine::Encoder;
 
 use super::{
     linear::{FRICTION, INPUTS, LOAD, MOTOR, Map, OFFSET},
-    model::{DriveModel, Friction, Mechanics, Pair},
+    model::{DriveModel, Friction, LoopMaps, Mechanics},
 };
 
 /// kg mm²/s³ make W.
@@ -37,7 +37,7 @@ const TO_WATT: f64 = 1e-6;
 
 /// The set point's derivatives; the jerk is constant over the time for which they are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reference {
+pub struct SetPointRates {
     /// mm/s or rad/s.
     pub velocity: f64,
     /// mm/s² or rad/s².
@@ -46,7 +46,7 @@ pub struct Reference {
     pub jerk: f64,
 }
 
-impl Reference {
+impl SetPointRates {
     /// Way within a time.
     pub(crate) fn way(&self, h: f64) -> f64 {
         h * (self.velocity + h * (0.5 * self.acceleration + h * self.jerk / 6.0))
@@ -208,7 +208,7 @@ impl DriveModel {
 
     /// One control cycle: the reference runs on from `reference` with constant jerk; `load` is the force on the load, N or
     /// N mm.
-    pub fn cycle(&self, state: &mut DriveState, reference: Reference, load: f64) {
+    pub fn cycle(&self, state: &mut DriveState, reference: SetPointRates, load: f64) {
         let w = self.per_mass(load) + self.counterbalance;
         if self.glides(state, &reference, w) || self.stands(state, &reference, w) {
             return;
@@ -221,7 +221,7 @@ impl DriveModel {
     }
 
     /// A whole cycle in two maps, if the drive keeps its mode; false, and nothing is changed, where it may not.
-    fn glides(&self, s: &mut DriveState, r: &Reference, w: f64) -> bool {
+    fn glides(&self, s: &mut DriveState, r: &SetPointRates, w: f64) -> bool {
         match &self.mechanics {
             Mechanics::Stiff(pair) => {
                 let Some(half) = &pair.half else { return false };
@@ -254,7 +254,7 @@ impl DriveModel {
         s: &mut DriveState,
         z: [f64; N],
         [error, moving]: [usize; 2],
-        r: &Reference,
+        r: &SetPointRates,
         w: f64,
     ) -> Option<[([f64; N], f64); 2]> {
         let (law, h) = (&self.law, 0.5 * self.step * self.steps as f64);
@@ -266,7 +266,7 @@ impl DriveModel {
         if dry && z[moving].abs() <= slowest {
             return None;
         }
-        let demand = |z: &[f64; N], r: &Reference| law.demand(z[error], z[1], z[N - 1], r.velocity, r.acceleration);
+        let demand = |z: &[f64; N], r: &SetPointRates| law.demand(z[error], z[1], z[N - 1], r.velocity, r.acceleration);
         let pulled = |z: &[f64; N], force: f64| match self.spring {
             None => force - self.viscous * z[1] + friction + w,
             Some(k) => {
@@ -301,9 +301,9 @@ impl DriveModel {
 
     /// A whole cycle of a stiff drive that sticks under a standing set point; false, and nothing is changed, where it may
     /// move.
-    fn stands(&self, s: &mut DriveState, r: &Reference, w: f64) -> bool {
+    fn stands(&self, s: &mut DriveState, r: &SetPointRates, w: f64) -> bool {
         let Mechanics::Stiff(_) = self.mechanics else { return false };
-        let still = s.motor_velocity == 0.0 && *r == Reference::default() && self.half_backlash == 0.0;
+        let still = s.motor_velocity == 0.0 && *r == SetPointRates::default() && self.half_backlash == 0.0;
         if !still || self.friction.stiction == 0.0 {
             return false;
         }
@@ -324,7 +324,7 @@ impl DriveModel {
 
     /// One inner step; `w` over M.
     #[inline]
-    fn advance(&self, s: &mut DriveState, r: &Reference, w: f64) {
+    fn advance(&self, s: &mut DriveState, r: &SetPointRates, w: f64) {
         let before = s.load_velocity;
         let next = r.after(self.step);
         let force = match &self.mechanics {
@@ -351,13 +351,13 @@ impl DriveModel {
     #[inline]
     fn through<const N: usize>(
         &self,
-        pair: &Pair<N>,
+        pair: &LoopMaps<N>,
         s: &mut DriveState,
         z: [f64; N],
         u: &mut [f64; INPUTS],
         [error, moving]: [usize; 2],
         at: f64,
-        next: &Reference,
+        next: &SetPointRates,
     ) -> ([f64; N], f64) {
         let law = &self.law;
         let begin = law.demand(z[error] + at, z[1], z[N - 1], u[0], u[1]);
@@ -394,7 +394,7 @@ impl DriveModel {
         }
     }
 
-    fn stiff(&self, pair: &Pair<3>, s: &mut DriveState, r: &Reference, next: &Reference, w: f64) -> f64 {
+    fn stiff(&self, pair: &LoopMaps<3>, s: &mut DriveState, r: &SetPointRates, next: &SetPointRates, w: f64) -> f64 {
         let at = if self.encoder == Encoder::Load { s.play } else { 0.0 };
         let mut u = [r.velocity, r.acceleration, r.jerk, 0.0, w, 0.0, at];
         let z = [s.motor_error, s.motor_velocity, s.integral];
@@ -427,7 +427,15 @@ impl DriveModel {
         }
     }
 
-    fn elastic(&self, pair: &Pair<5>, s: &mut DriveState, r: &Reference, next: &Reference, w: f64, offset: f64) -> f64 {
+    fn elastic(
+        &self,
+        pair: &LoopMaps<5>,
+        s: &mut DriveState,
+        r: &SetPointRates,
+        next: &SetPointRates,
+        w: f64,
+        offset: f64,
+    ) -> f64 {
         let mut u = [r.velocity, r.acceleration, r.jerk, 0.0, 0.0, 0.0, 0.0];
         (u[LOAD], u[OFFSET]) = (w, offset);
         let z = [s.motor_error, s.motor_velocity, s.load_error, s.load_velocity, s.integral];

@@ -5,8 +5,8 @@
 
 use super::lexer::{Lexer, refused, unknown};
 use super::words::{
-    Block, Condition, Coordinate, CycleValue, FeedWord, Label, OldWord, Param, Path, Reference, Relation, Side,
-    Statement, ToolCall, ToolRef, Value,
+    Block, Condition, Coordinate, CycleValue, FeedWord, Label, OldWord, Param, PathFunction, RadiusSide, Reference,
+    Relation, Statement, ToolCall, ToolRef, Value,
 };
 use super::{cycle_words, din_words, q_functions, statements};
 use crate::AxisValues;
@@ -286,9 +286,9 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
             0..=3 | 5 | 6 | 10..=13 | 15 | 16 => raw.din.path = Some(*code),
             17..=19 => {}
             29 => raw.din.pole_here = true,
-            40 => block.words.side = Some(Side::Off),
-            41 => block.words.side = Some(Side::Left),
-            42 => block.words.side = Some(Side::Right),
+            40 => block.words.side = Some(RadiusSide::Off),
+            41 => block.words.side = Some(RadiusSide::Left),
+            42 => block.words.side = Some(RadiusSide::Right),
             90 => raw.din.incremental = Some(false),
             91 => raw.din.incremental = Some(true),
             50 | 70 | 71 => {}
@@ -364,10 +364,10 @@ fn special_function(
             let size = raw.din.radius.ok_or_else(|| missing("R"))?;
             if code == 24 {
                 block.words.length = Some(size);
-                Statement::Path(Path::Chamfer)
+                Statement::Path(PathFunction::Chamfer)
             } else {
                 block.words.radius = Some(size);
-                Statement::Path(Path::Round)
+                Statement::Path(PathFunction::Round)
             }
         }
         26 | 27 => {

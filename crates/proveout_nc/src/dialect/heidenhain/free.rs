@@ -31,7 +31,7 @@ type Point = [f64; 2];
 const WRITTEN_MM: f64 = 0.005;
 
 #[derive(Clone, Copy, Debug)]
-struct Circle {
+struct SignedCircle {
     center: Point,
     /// Below zero clockwise.
     signed: f64,
@@ -40,7 +40,7 @@ struct Circle {
 #[derive(Clone, Copy, Debug)]
 enum Held {
     Line,
-    Arc(Circle),
+    Arc(SignedCircle),
 }
 
 /// Elements whose ends are not known yet, and where a closed contour began.
@@ -98,7 +98,7 @@ fn way(from: Point, to: Point) -> f64 {
 
 /// Direction of the line that leaves one circle and meets another, each in its own sense. A point
 /// is a circle of radius zero.
-fn tangent(from: Circle, to: Circle) -> Option<Point> {
+fn tangent(from: SignedCircle, to: SignedCircle) -> Option<Point> {
     let d = [to.center[0] - from.center[0], to.center[1] - from.center[1]];
     let sine = (to.signed - from.signed) / d[0].hypot(d[1]);
     if sine.is_nan() || sine.abs() > 1.0 {
@@ -109,7 +109,7 @@ fn tangent(from: Circle, to: Circle) -> Option<Point> {
 }
 
 /// Where a circle has this direction.
-fn contact(circle: Circle, d: Point) -> Point {
+fn contact(circle: SignedCircle, d: Point) -> Point {
     along(circle.center, left(d), -circle.signed)
 }
 
@@ -273,11 +273,10 @@ impl Interpreter {
             }
             let d = match (data.direction, data.end) {
                 (Some(d), _) => d,
-                (None, [Some(x), Some(y)]) => {
-                    tangent(circle, Circle { center: [x, y], signed: 0.0 }).ok_or_else(|| {
+                (None, [Some(x), Some(y)]) => tangent(circle, SignedCircle { center: [x, y], signed: 0.0 })
+                    .ok_or_else(|| {
                         contradicts(span, "the end of the tangential line lies inside of the circle".to_owned())
-                    })?
-                }
+                    })?,
                 _ => return Err(open(span)),
             };
             self.end_held(contact(circle, d), span)?;
@@ -326,7 +325,7 @@ impl Interpreter {
         let circle = if self.own.free.waits() {
             let (Some(center), true) = (data.center, tangential) else { return Err(open(span)) };
             let radius = data.radius.or(end.map(|end| way(center, end))).ok_or_else(|| open(span))?;
-            let circle = Circle { center, signed: sense * radius };
+            let circle = SignedCircle { center, signed: sense * radius };
             self.meet(circle, span)?;
             circle
         } else {
@@ -340,7 +339,7 @@ impl Interpreter {
                 (None, Some(radius), Some(d)) if tangential => along(from, left(d), sense * radius),
                 _ => return Err(open(span)),
             };
-            let circle = Circle { center, signed: sense * way(center, from) };
+            let circle = SignedCircle { center, signed: sense * way(center, from) };
             if tangential {
                 let d = heading.ok_or_else(|| open(span))?;
                 if way(contact(circle, d), from) > WRITTEN_MM {
@@ -375,7 +374,7 @@ impl Interpreter {
     }
 
     /// Ends what waits at a circle that it is tangential to.
-    fn meet(&mut self, next: Circle, span: Span) -> Result<(), Fault> {
+    fn meet(&mut self, next: SignedCircle, span: Span) -> Result<(), Fault> {
         let waits: Vec<Held> = self.own.free.held.iter().map(|(_, held)| *held).collect();
         let none =
             || contradicts(span, "no tangential line or contact joins this circle and the one before".to_owned());
@@ -413,7 +412,7 @@ impl Interpreter {
     }
 
     /// Straight or on a circle to a point of the working plane.
-    fn free_goal(&mut self, to: Point, circle: Option<Circle>, span: Span) -> Result<(), Fault> {
+    fn free_goal(&mut self, to: Point, circle: Option<SignedCircle>, span: Span) -> Result<(), Fault> {
         let [u, v, _] = Heidenhain::working_plane(self);
         let mut end = self.position.work;
         end.put(u, to[0]);
@@ -434,7 +433,8 @@ mod tests {
     #[test]
     fn a_tangent_leaves_and_meets_its_circles_in_their_sense() {
         for (r1, r2) in [(18.0, 15.0), (-18.0, -15.0), (18.0, -15.0), (-18.0, 15.0), (7.0, 0.0)] {
-            let (a, b) = (Circle { center: [20.0, 30.0], signed: r1 }, Circle { center: [50.0, 75.0], signed: r2 });
+            let (a, b) =
+                (SignedCircle { center: [20.0, 30.0], signed: r1 }, SignedCircle { center: [50.0, 75.0], signed: r2 });
             let d = tangent(a, b).unwrap();
             let (p, q) = (contact(a, d), contact(b, d));
             assert!((way(p, a.center) - r1.abs()).abs() < 1e-9 && (way(q, b.center) - r2.abs()).abs() < 1e-9);
@@ -448,7 +448,8 @@ mod tests {
                 assert!(c.signed * (out[0] * d[1] - out[1] * d[0]) >= 0.0);
             }
         }
-        let (a, b) = (Circle { center: [0.0, 0.0], signed: 10.0 }, Circle { center: [3.0, 0.0], signed: 2.0 });
+        let (a, b) =
+            (SignedCircle { center: [0.0, 0.0], signed: 10.0 }, SignedCircle { center: [3.0, 0.0], signed: 2.0 });
         assert!(tangent(a, b).is_none());
     }
 }

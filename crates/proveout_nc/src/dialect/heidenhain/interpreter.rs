@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::free::Free;
-use super::state::State;
-use super::variables::Variables;
+use super::state::HeidenhainState;
+use super::variables::QParameters;
 use super::words::{self, Block, Label, Statement};
 use super::{din, leftover, parser, recover, text};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Section, UsualFeed};
+use crate::channel::{self, Channel, FailedBlock, Language, ProgramSection, UsualFeed};
 use crate::codes;
 use crate::compensation::CompStyle;
 use crate::control::MixedFeed;
@@ -23,7 +23,7 @@ use crate::source::{Mark, Source};
 use crate::{Command, Settings};
 
 /// A program file with its labels.
-pub(crate) type Loaded = channel::Loaded<Labels>;
+pub(crate) type Loaded = channel::LoadedProgram<Labels>;
 /// A Heidenhain program being executed.
 pub(crate) type Interpreter = Channel<Heidenhain>;
 
@@ -87,7 +87,7 @@ fn has_label(line: &str) -> bool {
 
 /// What a call level keeps.
 #[derive(Debug)]
-pub(crate) struct CallLevel {
+pub(crate) struct KlartextCall {
     /// A program called with CALL PGM, not a label.
     program: bool,
     /// Repetitions still to do, by the place of their CALL LBL block.
@@ -96,7 +96,7 @@ pub(crate) struct CallLevel {
     inch: bool,
 }
 
-impl CallLevel {
+impl KlartextCall {
     fn new(program: bool, inch: bool) -> Self {
         Self { program, repetitions: BTreeMap::new(), inch }
     }
@@ -129,30 +129,30 @@ pub(crate) struct Heidenhain {
 /// The program, before its first block. `folder`: where it lies, if it is a file.
 pub(super) fn begin(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Interpreter {
     let own = Heidenhain { din: dialect == Dialect::HeidenhainIso, ..Heidenhain::default() };
-    let variables = Variables::new(&settings.variables, settings.limits.max_array_elements);
+    let variables = QParameters::new(&settings.variables, settings.limits.max_array_elements);
     let section = whole(&source);
     Channel::new(
         source,
         folder,
         settings,
         own,
-        |_| (section, CallLevel::new(true, false)),
+        |_| (section, KlartextCall::new(true, false)),
         variables,
-        State::new(settings),
+        HeidenhainState::new(settings),
     )
 }
 
-fn whole(source: &Source) -> Section {
-    Section { start: Mark::START, end: source.text.len() }
+fn whole(source: &Source) -> ProgramSection {
+    ProgramSection { start: Mark::START, end: source.text.len() }
 }
 
 impl Language for Heidenhain {
     type Index = Labels;
-    type Level = CallLevel;
+    type Level = KlartextCall;
     type Block = Block;
     type Mark = ();
-    type Variables = Variables;
-    type Modal = State;
+    type Variables = QParameters;
+    type Modal = HeidenhainState;
 
     fn index(&self, source: &Source, main: bool, faults: &mut Vec<Diagnostic>) -> Labels {
         let ending = || Path::new(&*source.name).extension().is_some_and(|e| e.eq_ignore_ascii_case("i"));
@@ -223,7 +223,7 @@ impl Language for Heidenhain {
         recover::settle_doubt(channel);
     }
 
-    fn give_up(channel: &mut Interpreter, failed: &Failed<Labels>) {
+    fn give_up(channel: &mut Interpreter, failed: &FailedBlock<Labels>) {
         let unread = channel.recovery.faults.stage == Stage::Unread || failed.code == codes::JUMP_TARGET;
         if !unread || channel.own.earlier_failed || failed.line.is_empty() {
             recover::nothing_waits(channel);
@@ -231,7 +231,7 @@ impl Language for Heidenhain {
         }
     }
 
-    fn go_on(channel: &mut Interpreter, failed: &Failed<Labels>) -> Option<Doubt> {
+    fn go_on(channel: &mut Interpreter, failed: &FailedBlock<Labels>) -> Option<Doubt> {
         Some(recover::go_on(channel, failed))
     }
 
@@ -300,7 +300,13 @@ impl Interpreter {
         }
     }
 
-    fn run(&mut self, loaded: &Arc<Loaded>, found: &text::Text<'_>, at: Mark, block: &mut Block) -> Result<(), Fault> {
+    fn run(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        found: &text::BlockText<'_>,
+        at: Mark,
+        block: &mut Block,
+    ) -> Result<(), Fault> {
         let text = found.text;
         self.own.din_now = loaded.index.din;
         if loaded.index.din {
@@ -374,7 +380,7 @@ impl Interpreter {
         let target = Self::label_target(loaded, &self.key(label, span)?, span)?;
         let Some(repeat) = repeat else {
             self.room(span)?;
-            let own = CallLevel::new(false, self.modal.inch);
+            let own = KlartextCall::new(false, self.modal.inch);
             self.enter((Arc::clone(loaded), whole(&loaded.source)), target, 1, own);
             return Ok(());
         };
@@ -437,7 +443,7 @@ impl Interpreter {
         let Some(loaded) = self.find_program(name, span)? else { return self.missing(&file_name(name), span) };
         self.room(span)?;
         self.variables.enter();
-        let own = CallLevel::new(true, self.modal.inch);
+        let own = KlartextCall::new(true, self.modal.inch);
         let section = whole(&loaded.source);
         self.enter((loaded, section), Mark::START, 1, own);
         Ok(())

@@ -82,7 +82,7 @@ pub(crate) struct MWord {
 
 /// R0, RL, RR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Side {
+pub(crate) enum RadiusSide {
     Off,
     Left,
     Right,
@@ -99,7 +99,7 @@ pub(crate) struct Words {
     pub(crate) radius: Option<Value>,
     /// DR-
     pub(crate) clockwise: Option<bool>,
-    pub(crate) side: Option<Side>,
+    pub(crate) side: Option<RadiusSide>,
     pub(crate) feed: Option<FeedWord>,
     pub(crate) normal: [Option<Value>; 3],
     pub(crate) vector: [Option<Value>; 3],
@@ -145,7 +145,7 @@ impl Words {
 
 /// Kind of a path block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Path {
+pub(crate) enum PathFunction {
     /// Only M functions, feed or compensation.
     Nothing,
     Line,
@@ -345,7 +345,7 @@ pub(crate) enum Statement {
         inch: bool,
     },
     End,
-    Path(Path),
+    Path(PathFunction),
     ToolCall(ToolCall),
     /// The tool, and the text after it, which is reported in a note.
     ToolDef(ToolRef, String),

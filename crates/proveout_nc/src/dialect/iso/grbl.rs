@@ -6,7 +6,7 @@
 
 use super::grbl_words;
 use super::interpreter::Interpreter;
-use super::parser::Block;
+use super::parser::IsoBlock;
 use crate::codes;
 use crate::control::Control;
 use crate::diagnostic::{Fault, Span};
@@ -15,7 +15,7 @@ use crate::diagnostic::{Fault, Span};
 const WITHOUT_EFFECT: [&str; 7] = ["$X", "$$", "$#", "$G", "$I", "$N", "$C"];
 
 /// Refuses a line with `$` on a control that has none, and on a grbl one that it does not know.
-pub(super) fn refused(block: &Block, control: &Control) -> Option<Fault> {
+pub(super) fn refused(block: &IsoBlock, control: &Control) -> Option<Fault> {
     if control.grbl_words {
         return grbl_words::foreign(block, control);
     }

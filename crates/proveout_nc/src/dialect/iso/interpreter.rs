@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::calls::{CallKind, MacroCall};
-use super::flavor::{Flavor, Told};
+use super::flavor::{Flavor, FlavorChoice};
 use super::index::Index;
 use super::modal::{CycleValues, Modal};
-use super::parser::{self, Block, Remark};
-use super::variables::Variables;
+use super::parser::{self, IsoBlock, Remark};
+use super::variables::MacroVariables;
 use super::{grbl, leftover, osp, recover};
-use crate::channel::corners::{CornerMark, Cornering, Corners};
+use crate::channel::corners::{CornerLanguage, CornerMark, Corners};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Lines, Section, UsualFeed};
+use crate::channel::{self, Channel, FailedBlock, Language, LineLanguage, ProgramSection, UsualFeed};
 use crate::codes;
 use crate::control::MixedFeed;
 use crate::diagnostic::{Diagnostic, Fault, Span};
@@ -22,19 +22,19 @@ use crate::source::{Mark, Source};
 use crate::{AxisValues, Command, Offset, Op, Settings, WorkOffset};
 
 /// A program file with its structure.
-pub(crate) type Loaded = channel::Loaded<Index>;
+pub(crate) type Loaded = channel::LoadedProgram<Index>;
 /// An ISO program being executed.
 pub(crate) type Interpreter = Channel<Iso>;
 
 /// What a call level keeps.
 #[derive(Debug)]
-pub(crate) struct CallLevel {
+pub(crate) struct IsoCall {
     pub(crate) kind: CallKind,
     /// Passes left of O REPEAT loops, by the offset of their first line.
     pub(crate) repeats: Vec<(usize, u64)>,
 }
 
-impl CallLevel {
+impl IsoCall {
     pub(crate) fn new(kind: CallKind) -> Self {
         Self { kind, repeats: Vec::new() }
     }
@@ -102,7 +102,7 @@ pub(crate) struct Iso {
 }
 
 /// The program, before its first block. `folder`: where it lies, if it is a file.
-pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings, told: Told) -> Interpreter {
+pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings, told: FlavorChoice) -> Interpreter {
     let flavor = told.flavor;
     let own = Iso {
         flavor,
@@ -140,10 +140,10 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         noted_references: Vec::new(),
     };
     let main = |index: &Index| {
-        let nothing = Section { start: Mark::START, end: 0 };
-        (index.main.unwrap_or(nothing), CallLevel::new(CallKind::Main))
+        let nothing = ProgramSection { start: Mark::START, end: 0 };
+        (index.main.unwrap_or(nothing), IsoCall::new(CallKind::Main))
     };
-    let variables = Variables::new(flavor, &settings.variables);
+    let variables = MacroVariables::new(flavor, &settings.variables);
     let mut channel = Channel::new(source, folder, settings, own, main, variables, Modal::new(&settings.control));
     channel.load_offset("G54");
     let total = channel.modal.frames.total(flavor);
@@ -154,11 +154,11 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
 
 impl Language for Iso {
     type Index = Index;
-    type Level = CallLevel;
-    type Block = Block;
+    type Level = IsoCall;
+    type Block = IsoBlock;
     /// What the end of a motion needs for its corner.
     type Mark = Option<Box<CornerMark>>;
-    type Variables = Variables;
+    type Variables = MacroVariables;
     type Modal = Modal;
 
     fn index(&self, source: &Source, _main: bool, faults: &mut Vec<Diagnostic>) -> Index {
@@ -204,7 +204,7 @@ impl Language for Iso {
         recover::settle_doubt(channel);
     }
 
-    fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
+    fn go_on(channel: &mut Interpreter, failed: &FailedBlock<Index>) -> Option<Doubt> {
         recover::go_on(channel, failed)
     }
 
@@ -225,20 +225,20 @@ impl Language for Iso {
     }
 }
 
-impl Cornering for Iso {
+impl CornerLanguage for Iso {
     #[inline]
     fn corners(&mut self) -> &mut Corners {
         &mut self.corners
     }
 }
 
-impl Lines for Iso {
+impl LineLanguage for Iso {
     fn run_line(
         channel: &mut Interpreter,
         loaded: &Arc<Loaded>,
         line: &str,
         at: Mark,
-        block: &mut Block,
+        block: &mut IsoBlock,
     ) -> Result<(), Fault> {
         channel.run_line(loaded, line, at, block)
     }
@@ -296,7 +296,7 @@ impl Interpreter {
         self.own.started
     }
 
-    fn run_line(&mut self, loaded: &Arc<Loaded>, line: &str, at: Mark, block: &mut Block) -> Result<(), Fault> {
+    fn run_line(&mut self, loaded: &Arc<Loaded>, line: &str, at: Mark, block: &mut IsoBlock) -> Result<(), Fault> {
         self.recovery.faults.stage = Stage::Unread;
         parser::parse_line(line, self.own.flavor, block)?;
         self.recovery.faults.stage = Stage::Read;

@@ -15,8 +15,8 @@ use super::frames::number;
 use super::interpreter::{CallLevel, Interpreter, Loaded, Siemens};
 use super::parser::Call;
 use crate::channel::Language;
-use crate::channel::Section;
-use crate::channel::corners::Cornering;
+use crate::channel::ProgramSection;
+use crate::channel::corners::CornerLanguage;
 use crate::channel::doubt::Stage;
 use crate::channel::shape::{Leg, Pass, Point};
 use crate::codes;
@@ -108,7 +108,7 @@ impl Interpreter {
         }
     }
 
-    fn section_of(&mut self, named: &Named, span: Span) -> Result<(Arc<Loaded>, Section), Fault> {
+    fn section_of(&mut self, named: &Named, span: Span) -> Result<(Arc<Loaded>, ProgramSection), Fault> {
         let (first, last) = match named {
             Named::Program(name) => {
                 if let Some(found) = self.find_subprogram(name, span)? {
@@ -137,7 +137,7 @@ impl Interpreter {
             .find_target(&loaded, from, &last, true)
             .ok_or_else(|| missing(&format!("there is no label {last} after {first}")))?;
         let end = loaded.source.line(to).map_or(to, |(_, next)| next).offset;
-        Ok((loaded, Section { start: from, end }))
+        Ok((loaded, ProgramSection { start: from, end }))
     }
 
     /// The path of a contour in the working plane, work coordinates. The state of the program does

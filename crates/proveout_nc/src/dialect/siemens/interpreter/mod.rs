@@ -12,12 +12,12 @@ use super::eval::{self, Val, Variables};
 use super::expr::Expr;
 use super::index::Index;
 use super::modal::{Interpolation, Modal};
-use super::parser::{self, Block, Call, Statement};
+use super::parser::{self, Call, SiemensBlock, SiemensStatement};
 use super::two_lines::FirstLine;
 use super::{leftover, recover};
-use crate::channel::corners::{CornerMark, Cornering, Corners};
+use crate::channel::corners::{CornerLanguage, CornerMark, Corners};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Lines, UsualFeed};
+use crate::channel::{self, Channel, FailedBlock, Language, LineLanguage, UsualFeed};
 use crate::compensation::CompStyle;
 use crate::control::MixedFeed;
 use crate::diagnostic::{Diagnostic, Fault, Span};
@@ -29,7 +29,7 @@ use crate::{AxisValues, Command, Settings};
 pub(crate) use calls::missing_subprogram;
 
 /// A program file with its structure.
-pub(crate) type Loaded = channel::Loaded<Index>;
+pub(crate) type Loaded = channel::LoadedProgram<Index>;
 /// A Siemens program being executed.
 pub(crate) type Interpreter = Channel<Siemens>;
 
@@ -100,7 +100,7 @@ pub(crate) struct Siemens {
     /// ADIS in the unit of the program.
     pub(crate) rounding: f64,
     /// Spline whose end is not known yet.
-    pub(crate) curve: Option<Box<super::splines::Curve>>,
+    pub(crate) curve: Option<Box<super::splines::SplineCurve>>,
     /// A block of the curve has failed.
     pub(crate) curve_torn: bool,
     /// Pitch of the last thread block, mm, with its sign.
@@ -151,7 +151,7 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
 impl Language for Siemens {
     type Index = Index;
     type Level = CallLevel;
-    type Block = Block;
+    type Block = SiemensBlock;
     /// What the end of a motion needs for its corner.
     type Mark = Option<Box<CornerMark>>;
     type Variables = Variables;
@@ -215,7 +215,7 @@ impl Language for Siemens {
         Some(true)
     }
 
-    fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
+    fn go_on(channel: &mut Interpreter, failed: &FailedBlock<Index>) -> Option<Doubt> {
         Some(recover::go_on(channel, failed))
     }
 
@@ -239,20 +239,20 @@ impl Language for Siemens {
     }
 }
 
-impl Cornering for Siemens {
+impl CornerLanguage for Siemens {
     #[inline]
     fn corners(&mut self) -> &mut Corners {
         &mut self.corners
     }
 }
 
-impl Lines for Siemens {
+impl LineLanguage for Siemens {
     fn run_line(
         channel: &mut Interpreter,
         loaded: &Arc<Loaded>,
         line: &str,
         at: Mark,
-        block: &mut Block,
+        block: &mut SiemensBlock,
     ) -> Result<(), Fault> {
         channel.recovery.faults.stage = Stage::Unread;
         parser::parse_line(line, block)?;
@@ -302,21 +302,31 @@ impl Interpreter {
         Ok(self.variables.number(condition, span)? != 0.0)
     }
 
-    fn statement(&mut self, loaded: &Arc<Loaded>, at: Mark, statement: Statement, span: Span) -> Result<(), Fault> {
+    fn statement(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        at: Mark,
+        statement: SiemensStatement,
+        span: Span,
+    ) -> Result<(), Fault> {
         match statement {
-            Statement::If(condition) => {
+            SiemensStatement::If(condition) => {
                 if !self.truth(&condition, span)? {
                     self.continue_after(loaded, Self::partner(loaded, at, span)?);
                 }
             }
-            Statement::Else => self.continue_after(loaded, Self::partner(loaded, at, span)?),
-            Statement::EndIf | Statement::Repeat | Statement::Loop | Statement::Extern | Statement::Proc { .. } => {}
-            Statement::IfGoto(condition, jump) => {
+            SiemensStatement::Else => self.continue_after(loaded, Self::partner(loaded, at, span)?),
+            SiemensStatement::EndIf
+            | SiemensStatement::Repeat
+            | SiemensStatement::Loop
+            | SiemensStatement::Extern
+            | SiemensStatement::Proc { .. } => {}
+            SiemensStatement::IfGoto(condition, jump) => {
                 if self.truth(&condition, span)? {
                     self.jump(loaded, at, &jump)?;
                 }
             }
-            Statement::For { variable, from, to } => {
+            SiemensStatement::For { variable, from, to } => {
                 let value = if std::mem::take(&mut self.own.next_pass_of_for) {
                     self.variables.number(&variable, span)? + 1.0
                 } else {
@@ -327,38 +337,38 @@ impl Interpreter {
                     self.continue_after(loaded, Self::partner(loaded, at, span)?);
                 }
             }
-            Statement::EndFor => {
+            SiemensStatement::EndFor => {
                 self.count_pass(span)?;
                 self.own.next_pass_of_for = true;
                 self.set_cursor(Self::partner(loaded, at, span)?);
             }
-            Statement::While(condition) => {
+            SiemensStatement::While(condition) => {
                 if !self.truth(&condition, span)? {
                     self.continue_after(loaded, Self::partner(loaded, at, span)?);
                 }
             }
-            Statement::EndWhile => {
+            SiemensStatement::EndWhile => {
                 self.count_pass(span)?;
                 self.set_cursor(Self::partner(loaded, at, span)?);
             }
-            Statement::EndLoop => {
+            SiemensStatement::EndLoop => {
                 self.count_pass(span)?;
                 self.continue_after(loaded, Self::partner(loaded, at, span)?);
             }
-            Statement::Until(condition) => {
+            SiemensStatement::Until(condition) => {
                 if !self.truth(&condition, span)? {
                     self.count_pass(span)?;
                     self.continue_after(loaded, Self::partner(loaded, at, span)?);
                 }
             }
-            Statement::GotoStart => {
+            SiemensStatement::GotoStart => {
                 self.count_pass(span)?;
                 if let Some(level) = self.stack.last_mut() {
                     level.cursor = level.section.start;
                 }
             }
-            Statement::Goto(jump) => self.jump(loaded, at, &jump)?,
-            Statement::Case { selector, branches, default } => {
+            SiemensStatement::Goto(jump) => self.jump(loaded, at, &jump)?,
+            SiemensStatement::Case { selector, branches, default } => {
                 let selector = self.variables.number(&selector, span)?;
                 for (value, jump) in &branches {
                     if self.variables.number(value, span)? == selector {
@@ -369,16 +379,16 @@ impl Interpreter {
                     self.jump(loaded, at, &jump)?;
                 }
             }
-            Statement::RepeatLabel { first, last, count, only_block } => {
+            SiemensStatement::RepeatLabel { first, last, count, only_block } => {
                 self.repeat(loaded, at, &first, last.as_deref(), count.as_ref(), only_block, span)?;
             }
-            Statement::Define { kind, variables } => {
+            SiemensStatement::Define { kind, variables } => {
                 for definition in &variables {
                     self.define(kind, definition)?;
                 }
             }
-            Statement::Return => self.end_or_return(),
-            Statement::ModalCall(call) => {
+            SiemensStatement::Return => self.end_or_return(),
+            SiemensStatement::ModalCall(call) => {
                 self.own.modal_call = match call {
                     None => None,
                     Some(call) => Some(ModalCall {
@@ -388,7 +398,7 @@ impl Interpreter {
                     }),
                 };
             }
-            Statement::CallText(name) => {
+            SiemensStatement::CallText(name) => {
                 let name = eval::shown(&self.variables.eval(&name, span)?).to_ascii_uppercase();
                 let name = name.rsplit(['/', '\\']).next().unwrap_or_default();
                 let name = name.strip_prefix("_N_").unwrap_or(name);
