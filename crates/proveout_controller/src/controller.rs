@@ -4,9 +4,11 @@ mod actions;
 mod bounds;
 mod check;
 mod counted;
-mod coupled;
 mod numbers;
+mod pace;
+mod probe;
 mod runs;
+mod spindle;
 
 use std::{sync::Arc, time::Instant};
 
@@ -17,20 +19,20 @@ use proveout_nc::{
 };
 use proveout_tool::Tool;
 
-use self::coupled::Pace;
+use self::pace::Pace;
 use crate::{
     emit::{Emitter, PendingEntry, QueuedEntry, Scope},
     error::{ControlError, RunError},
+    idle_tools::IdleTools,
     limits::JointLimits,
     mapping::{ActiveKinematics, Mapping},
     motion::{BlockPath, Context, Leaves, Position, ProgrammedMotion},
     output::{BlockKind, Chunk, Event, MoveKind},
     path::{PathBlock, PathContext, RunPath, Tolerance},
     retime::{LawEntry, Stages},
-    rig::Rig,
+    rtcp::Rig,
     servo::stage::ServoStage,
     settings::{Dynamics, Settings},
-    standing::IdleTools,
     stretch::Reserve,
     summary::Summary,
 };

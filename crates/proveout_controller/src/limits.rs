@@ -13,7 +13,7 @@
 
 use proveout_machine::{MAX_JOINTS, Machine};
 
-use crate::{path::WayMeasure, plan::SpeedCell, scurve::Rates, shape::DerivativeBounds};
+use crate::{jerk_ramp::Rates, look_ahead::SpeedCell, path::WayMeasure, shape::DerivativeBounds};
 
 /// Speed along the path where nothing limits it, mm/s or degrees a second: a thousand times that of real machines, and
 /// finite, so that the plan stays finite on a machine without limits.

@@ -1,7 +1,7 @@
 use proveout_geom::ToolPose;
 use proveout_machine::{JointValues, Machine};
 
-use crate::{jet::JointJet, rig::Rig};
+use crate::{jet::JointJet, rtcp::Rig};
 
 /// How task coordinates become joints in a run, and which tool hangs in the spindle.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,7 +17,7 @@ use crate::{
     error::ControlError,
     jet::JointJet,
     mapping::Mapping,
-    rig::Rig,
+    rtcp::Rig,
     shape::{Arc, BlockShape},
 };
 

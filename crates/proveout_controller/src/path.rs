@@ -32,7 +32,7 @@
 //! at feed.
 
 mod cells;
-mod corner;
+mod corner_rounding;
 mod curve;
 mod fit;
 mod points;
@@ -45,7 +45,7 @@ use proveout_machine::{JointValues, Machine};
 pub(crate) use self::way::WayMeasure;
 use self::{
     cells::{blend_cells, exact_cells},
-    corner::{CornerRounding, corner, size},
+    corner_rounding::{CornerRounding, corner, size},
     curve::LineFit,
     septic::Septic,
 };

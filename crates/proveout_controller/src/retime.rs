@@ -1,6 +1,6 @@
 //! Runs a first law faster where the joints allow it.
 //!
-//! The chains of `plan.rs` know constants V, A and J a cell and have no acceleration at their anchors: a law that keeps all limits
+//! The chains of `look_ahead.rs` know constants V, A and J a cell and have no acceleration at their anchors: a law that keeps all limits
 //! and wastes time at corners and in curves. Its own time p is a parameter in which the joints q(p) have finite derivatives even
 //! at rests. The law is run with a *tempo* dp/dt = sqrt(b(p)) (`tempo.rs`); the chain rule gives
 //!

@@ -1,4 +1,4 @@
-//! Exact path of one block and the quintic pieces that round corners, in task coordinates (see `rig.rs`).
+//! Exact path of one block and the quintic pieces that round corners, in task coordinates (see `rtcp.rs`).
 
 mod bezier;
 

@@ -4,8 +4,8 @@ use proveout_machine::JointValues;
 
 use crate::{
     limits::slow_down,
+    look_ahead::{SpeedCell, SpeedNode, SpeedPlan},
     path::{PathContext, RunPath, WayMeasure},
-    plan::{SpeedCell, SpeedNode, SpeedPlan},
     profile::{Cursor, Law, PathState},
     retime::{LawEntry, LimitExcess, RepairOutcome, RetimeTask, Rounds, Stages, jerk_along},
     watch::{Over, REACH, over_limits},

@@ -6,7 +6,7 @@
 use proveout_machine::MAX_JOINTS;
 use proveout_nc::{Command, Location};
 
-use super::{Begin, Controller, coupled::Pace};
+use super::{Begin, Controller, pace::Pace};
 use crate::{
     motion::BlockPath,
     output::{BlockKind, Event},

@@ -8,11 +8,11 @@ use proveout_nc::Command;
 use super::{Begin, Controller, bounds::WINDOW_SAMPLES, scope};
 use crate::{
     emit::{PendingEntry, QueuedEntry},
+    jerk_ramp::{Rates, peak_speed},
     output::{BlockKind, BlockRecord, MoveKind},
     path::{PathBlock, PathContext, RunPath},
     profile::Law,
     retime::LawEntry,
-    scurve::{Rates, peak_speed},
     shape::{BlockShape, DogLeg},
     stretch::{self, Outcome, PlanStretch},
 };

@@ -38,7 +38,7 @@ use self::{
     follow::{ABSORBED, BranchStretch, Follower, JointKnot},
 };
 use super::{BlockPart, Context, Leaves};
-use crate::{jet::JointJet, rig::Rig, shape::BlockShape};
+use crate::{jet::JointJet, rtcp::Rig, shape::BlockShape};
 
 /// Two tool axes nearer than this (radian) are one: 0.2 micrometers at 100 mm from the tip.
 const SAME_AXIS: f64 = 2e-6;

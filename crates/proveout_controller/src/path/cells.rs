@@ -195,7 +195,7 @@ mod tests {
     use crate::{
         limits::JointLimits,
         mapping::{ActiveKinematics, Mapping},
-        rig::Rig,
+        rtcp::Rig,
     };
 
     /// Corners between lines whose slopes differ by some percent, from 0.01 to 3 degrees and more

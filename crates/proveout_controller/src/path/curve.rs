@@ -24,7 +24,7 @@ use proveout_machine::{JointValues, MAX_JOINTS};
 use super::{
     PathCell, PathContext, PathSpan, RunPath, SpanShape, Tolerance, WayMeasure,
     cells::blend_cells,
-    corner::size,
+    corner_rounding::size,
     fit::{EventKind, Fit, Kink, lift_jet},
 };
 use crate::{jet::JointJet, shape::Quintic};

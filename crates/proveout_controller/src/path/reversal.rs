@@ -20,7 +20,7 @@
 //! tip as it moves relative to the table (a cam that is milled by a slide that goes to and fro
 //! while the table turns does not turn back). If the tip is at rest in both blocks, the tangent is
 //! that of the rotary joints. If it is at rest in one of them, the tip has no corner: the blend
-//! brings it to the programmed point, since a polynomial of `corner.rs` ends on the exact path.
+//! brings it to the programmed point, since a polynomial of `corner_rounding.rs` ends on the exact path.
 //!
 //! *Limits.* Rotary joints that turn back while the tip goes on do not stop: their end is rounded
 //! within the tolerance of the orientation, as wherever the tool pivots in a cut. Several kinks

@@ -7,7 +7,9 @@
 //! * [`size_drives`] – drives by a rule where none are published.
 //! * `stage` – the stream of the planned run turned into the actual one.
 
+mod backlash;
 pub(crate) mod contour;
+mod friction;
 mod legs;
 mod linear;
 mod model;

@@ -17,7 +17,7 @@
 //! ```
 //!
 //! A stiff drive has x1 = x2 and one equation for M; its lost motion is a play operator after the
-//! mass. f is dry friction (see `step.rs`), w what the bodies put on the load. Where phi would pass
+//! mass. f is dry friction (see `friction.rs`), w what the bodies put on the load. Where phi would pass
 //! the force limit S, the motor gives S and the integrator follows by back-calculation with the
 //! time Tn (Åström and Hägglund 2006, section 3.5), which makes it `i. = (S - beta r.. - i) / Tn`:
 //! linear again. So each mode (loop closed or saturated, flanks touching or apart) is a linear
@@ -41,7 +41,10 @@
 use proveout_machine::{Drive, Encoder, VelocityGain};
 use thiserror::Error;
 
-use super::linear::{ACCELERATION, FRICTION, INPUTS, LOAD, MOTOR, Map, OFFSET, RATE};
+use super::{
+    friction::Friction,
+    linear::{ACCELERATION, FRICTION, INPUTS, LOAD, MOTOR, Map, OFFSET, RATE},
+};
 use crate::pieces::WHOLE;
 
 /// Longest inner step, s: the usual cycle of a drive's velocity loop.
@@ -100,14 +103,6 @@ impl Law {
             + integral
             + self.acceleration_forward * acceleration
     }
-}
-
-/// Dry friction over M.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Friction {
-    pub(crate) coulomb: f64,
-    pub(crate) stiction: f64,
-    pub(crate) stribeck: f64,
 }
 
 /// Elasticity over M: stiffness, damping.

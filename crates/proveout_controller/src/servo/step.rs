@@ -1,17 +1,5 @@
 //! The changing part of a drive and its inner step.
 //!
-//! *Dry friction* is a set at rest: any force up to the static one. It is taken at the end of the step (implicit, Acary
-//! and Brogliato 2008, chapter 14): the linear map gives the velocity without friction and what a constant friction force
-//! adds to it, `v = free + gain f` with gain > 0, so that
-//!
-//! ```text
-//!   |free / gain| <= level   it sticks: f = -free / gain, v = 0 exactly
-//!   else                     it slips:  f = -level sign(free), and v keeps the sign of free
-//! ```
-//!
-//! has one solution at any step: no chatter, no threshold of velocity. The level follows the Stribeck curve
-//! `Fc + (Fs - Fc) exp(-(v / vs)^2)` (Tustin 1947; Armstrong-Hélouvry 1994) at the velocity before the step.
-//!
 //! *Saturation.* A step begins saturated when the control asks for more than the limit; a step that would end beyond it is
 //! taken again with the limit, so that the force never passes it.
 //!
@@ -21,15 +9,12 @@
 //! force have kept their sides at begin, middle and end, with a distance larger than they change in
 //! between; otherwise the cycle is made in inner steps. In a stiff drive that sticks while its set
 //! point is constant only the integrator winds up, along a line.
-//!
-//! *Lost motion.* Elastic: the flank that touches is known from x1 - x2 at the begin of the step. Stiff: the load is
-//! pushed by the flanks and stays or falls between them.
 
 use proveout_machine::Encoder;
 
 use super::{
     linear::{FRICTION, INPUTS, LOAD, MOTOR, Map, OFFSET},
-    model::{DriveModel, Friction, LoopMaps, Mechanics},
+    model::{DriveModel, LoopMaps, Mechanics},
 };
 
 /// kg mm²/s³ make W.
@@ -149,28 +134,6 @@ impl DriveState {
         let power = force * self.motor_velocity * model.inertia() * TO_WATT;
         self.energy += (0.5 * (power + self.power)).max(0.0) * h;
         self.power = power;
-    }
-}
-
-impl Friction {
-    /// Level at a velocity.
-    pub(crate) fn level(&self, velocity: f64) -> f64 {
-        if self.stiction <= self.coulomb || self.stribeck <= 0.0 {
-            return self.coulomb;
-        }
-        let x = velocity / self.stribeck;
-        self.coulomb + (self.stiction - self.coulomb) * (-x * x).exp()
-    }
-
-    /// Force of friction, and whether the mass sticks.
-    #[inline]
-    pub(crate) fn force(&self, free: f64, gain: f64, velocity: f64) -> (f64, bool) {
-        if self.stiction == 0.0 {
-            return (0.0, false);
-        }
-        let level = self.level(velocity);
-        let need = -free / gain;
-        if need.abs() <= level { (need, true) } else { (level * need.signum(), false) }
     }
 }
 
@@ -404,27 +367,6 @@ impl DriveModel {
         self.push_load(s, way, w);
         s.load_error = s.motor_error + s.play;
         force
-    }
-
-    /// Moves the load of a stiff drive through its lost motion.
-    pub(crate) fn push_load(&self, s: &mut DriveState, motor_way: f64, w: f64) {
-        if self.half_backlash == 0.0 {
-            s.load_velocity = s.motor_velocity;
-            return;
-        }
-        let held = w.abs() <= self.friction.stiction;
-        let own = if held {
-            0.0
-        } else {
-            let pull = (w - self.friction.coulomb * w.signum()) / self.share[1];
-            s.load_velocity + pull * self.step
-        };
-        s.play += motor_way - own * self.step;
-        s.load_velocity = own;
-        if s.play.abs() >= self.half_backlash {
-            s.play = self.half_backlash.copysign(s.play);
-            s.load_velocity = s.motor_velocity;
-        }
     }
 
     fn elastic(

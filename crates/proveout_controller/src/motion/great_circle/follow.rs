@@ -30,7 +30,7 @@ use proveout_geom::{Point, ToolPose, Vector, wrap_near};
 use proveout_machine::{JointKind, JointValues, KinematicsError, Machine};
 
 use super::curve::AxisCurve;
-use crate::{jet::JointJet, rig::Rig, shape::Quintic};
+use crate::{jet::JointJet, rtcp::Rig, shape::Quintic};
 
 /// Distance of a quintic from the wanted axis, radian: 1 nanometer at 100 mm from the tip.
 const AXIS_ERROR: f64 = 1e-8;

@@ -14,7 +14,8 @@
 //! ```
 //!
 //! 1. *Forward chain*, from left to right. From an anchor (cell border, speed, zero acceleration) the hardest
-//!    acceleration (`max_speed_after`) is followed as long as it keeps below every V; rates are the smallest of the cells passed.
+//!    acceleration (`max_speed_after`) is followed as long as it keeps below every V; rates are the smallest of the
+//!    cells passed.
 //!    From the first cell whose V it would pass, the lowest V since is the speed at which the ramp must end; the next
 //!    anchor is the end of the cell where a ramp with zero final acceleration gets there. A cell with other rates may
 //!    close the ramp before it begins, if that gives the higher speed after it. Where V falls, the chain falls at once.
@@ -34,8 +35,8 @@
 //! a ramp takes the smallest rates of the cells that it passes. What that costs, `retime.rs` takes back.
 
 use crate::{
+    jerk_ramp::{Rates, max_speed_after, peak_speed, ramp_distance, reach},
     profile::{Cursor, Law},
-    scurve::{Rates, max_speed_after, peak_speed, ramp_distance, reach},
 };
 
 /// Limits along the path parameter within one cell.
@@ -116,7 +117,8 @@ fn leg_speed(leg: &ChainLeg, distance: f64) -> f64 {
     if distance >= d {
         return leg.v[1];
     }
-    // The first half of the ramp is `max_speed_after`; the second half is its point reflection in time. Its speed is found by
+    // The first half of the ramp is `max_speed_after`; the second half is its point reflection in time.
+    // Its speed is found by
     // bisection in time over the phases.
     let mut law = Law::default();
     law.push_move([0.0, d], [leg.v[0], leg.v[1], leg.v[1]], leg.rates, leg.rates);
