@@ -15,8 +15,8 @@
 //! for LN, CT and LCT.
 
 use super::circle::FULL_CIRCLE;
-use super::interpreter::Interpreter;
 use super::motion::Goal;
+use super::run_state::Interpreter;
 use super::words::{Lead, RadiusSide, Words};
 use crate::arc::{self, PlaneArc};
 use crate::channel::arc_fault;

@@ -8,8 +8,8 @@
 
 use std::f64::consts::TAU;
 
-use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::{Goal, LINEAR};
+use super::run_state::{Heidenhain, Interpreter};
 use super::words::{Coordinate, RadiusSide, Words};
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::channel::{Language, arc_fault};

@@ -15,8 +15,8 @@
 
 use std::f64::consts::TAU;
 
-use super::interpreter::Interpreter;
 use super::motion::{Goal, ROTARY};
+use super::run_state::Interpreter;
 use super::words::{PathFunction, Words};
 use crate::arc::PlaneArc;
 use crate::codes;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::interpreter::{Interpreter, Loaded};
+use super::run_state::{Interpreter, Loaded};
 use super::variables::Val;
 use super::words::{Block, PathFunction, Reference, Statement, ToolCall, ToolRef};
 use crate::codes;

@@ -12,7 +12,7 @@
 //! defined again replaces its value at its place in the list, a reset removes it, and a new one
 //! acts within those before it.
 
-use super::interpreter::Interpreter;
+use super::run_state::Interpreter;
 use super::words::{Coordinate, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

@@ -14,10 +14,9 @@
 //! contour, FLT and FCT tangential to the element before. Elements that have several solutions (FSELECT), relative data (RX, PAR, DP)
 //! and auxiliary points (P1X) are refused.
 
-use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
+use super::run_state::{Free, Heidenhain, Held, Interpreter, SignedCircle};
 use super::words::{Coordinate, FreeKind, Reference, Words};
-use crate::Location;
 use crate::arc::{self, PlaneArc};
 use crate::channel::milling::Mills;
 use crate::codes;
@@ -29,34 +28,6 @@ type Point = [f64; 2];
 /// How far a point may be from where its other data put it, mm: coordinates are written with three
 /// decimals.
 const WRITTEN_MM: f64 = 0.005;
-
-#[derive(Clone, Copy, Debug)]
-struct SignedCircle {
-    center: Point,
-    /// Below zero clockwise.
-    signed: f64,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Held {
-    Line,
-    Arc(SignedCircle),
-}
-
-/// Elements whose ends are not known yet, and where a closed contour began.
-#[derive(Debug, Default)]
-pub(crate) struct Free {
-    start: Option<Point>,
-    /// FPOL
-    pole: Option<Point>,
-    held: Vec<(Location, Held)>,
-}
-
-impl Free {
-    pub(crate) fn waits(&self) -> bool {
-        !self.held.is_empty()
-    }
-}
 
 /// What a block says of its element, mm and degrees.
 struct Data {

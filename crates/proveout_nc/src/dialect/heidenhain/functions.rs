@@ -3,9 +3,9 @@
 //! Assignment after HEIDENHAIN, *TNC 640 Klartext programming*, "Miscellaneous functions" and its
 //! overview of M functions.
 
-use super::interpreter::{Heidenhain, Interpreter};
 use super::lexer::{Lexer, refused};
 use super::listed::LISTED;
+use super::run_state::{Heidenhain, Interpreter};
 use super::words::{FeedWord, MWord, PathFunction, Words};
 use crate::channel::{Language, direction_of};
 use crate::codes;

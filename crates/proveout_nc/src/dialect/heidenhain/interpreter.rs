@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::free::Free;
+use super::run_state::{KlartextCall, Labels, Loaded, label_key};
 use super::state::HeidenhainState;
 use super::variables::QParameters;
 use super::words::{self, Block, Label, Statement};
 use super::{din, leftover, parser, recover, text};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, FailedBlock, Language, ProgramSection, UsualFeed};
+use crate::channel::{Channel, FailedBlock, Language, ProgramSection, UsualFeed};
 use crate::codes;
 use crate::compensation::CompStyle;
 use crate::control::MixedFeed;
@@ -22,25 +22,7 @@ use crate::settings::Dialect;
 use crate::source::{Mark, Source};
 use crate::{Command, Settings};
 
-/// A program file with its labels.
-pub(crate) type Loaded = channel::LoadedProgram<Labels>;
-/// A Heidenhain program being executed.
-pub(crate) type Interpreter = Channel<Heidenhain>;
-
-/// The labels of a file.
-#[derive(Debug)]
-pub(crate) struct Labels {
-    /// The file is DIN/ISO.
-    pub(crate) din: bool,
-    pub(crate) labels: BTreeMap<String, Mark>,
-    /// A line that may hold a label cannot be read.
-    pub(crate) unreadable: bool,
-}
-
-/// Key of a label: numbers and names share one namespace.
-pub(crate) fn label_key(number: f64) -> String {
-    format!("{number}")
-}
+pub(super) use super::run_state::{Heidenhain, Interpreter};
 
 impl Labels {
     fn new(source: &Source, din: bool, faults: &mut Vec<Diagnostic>) -> Self {
@@ -83,47 +65,6 @@ impl Labels {
 fn has_label(line: &str) -> bool {
     let line = line.trim_start_matches(|c: char| c.is_ascii_digit() || c == ' ' || c == '\t' || c == '/');
     line.get(..3).is_some_and(|head| head.eq_ignore_ascii_case("LBL"))
-}
-
-/// What a call level keeps.
-#[derive(Debug)]
-pub(crate) struct KlartextCall {
-    /// A program called with CALL PGM, not a label.
-    program: bool,
-    /// Repetitions still to do, by the place of their CALL LBL block.
-    repetitions: BTreeMap<usize, u64>,
-    /// Unit of the calling program.
-    inch: bool,
-}
-
-impl KlartextCall {
-    fn new(program: bool, inch: bool) -> Self {
-        Self { program, repetitions: BTreeMap::new(), inch }
-    }
-}
-
-/// What a TNC keeps in addition to the modal state.
-#[derive(Debug, Default)]
-pub(crate) struct Heidenhain {
-    /// The main program is DIN/ISO.
-    din: bool,
-    /// Lines of a joined block.
-    buffer: String,
-    calls: u64,
-    selected: Option<String>,
-    /// The block that is executed is DIN/ISO.
-    pub(crate) din_now: bool,
-    /// Line of an earlier block, if the fault is one of that block, which waited for its end.
-    earlier: Option<u32>,
-    /// The last reported fault was one of an earlier block.
-    pub(super) earlier_failed: bool,
-    /// A fault released the element that waited for its corner.
-    pub(super) element_out: bool,
-    /// Motions since the position became known again, and where the last one ended.
-    pub(super) since: u32,
-    pub(super) last: crate::AxisValues,
-    /// Elements of a free contour that wait for their ends.
-    pub(super) free: Free,
 }
 
 /// The program, before its first block. `folder`: where it lies, if it is a file.

@@ -1,7 +1,7 @@
 //! Classifies the text that was not run: programs, labels that nothing calls, branches, text after
 //! the end of the program.
 
-use super::interpreter::{Interpreter, Loaded, label_key};
+use super::run_state::{Interpreter, Loaded, label_key};
 use super::words::{Block, Label, Statement, Value};
 use super::{din, parser, text};
 use crate::channel::coverage::{Flow, Layout, LineRole, LineStretch};

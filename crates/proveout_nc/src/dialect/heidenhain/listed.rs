@@ -1,7 +1,7 @@
 //! Functions defined by a control file, and its statements about the data of the control.
 
 use super::functions::refused_function;
-use super::interpreter::Interpreter;
+use super::run_state::Interpreter;
 use super::variables::Val;
 use super::words::{Block, MWord, Param, Value};
 use crate::codes;

@@ -37,6 +37,7 @@ mod plane_words;
 mod positioning;
 mod q_functions;
 mod recover;
+mod run_state;
 mod state;
 mod statements;
 mod takes;

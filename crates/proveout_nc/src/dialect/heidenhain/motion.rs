@@ -1,6 +1,6 @@
 //! Path blocks: what they have in common, and straight motions.
 
-use super::interpreter::Interpreter;
+use super::run_state::Interpreter;
 use super::words::{Coordinate, FeedWord, Kind, Param, PathFunction, RadiusSide, Reference, Value, Words};
 use crate::channel::finite;
 use crate::codes;

@@ -1,7 +1,7 @@
 //! LN blocks and motions in machine coordinates.
 
-use super::interpreter::Interpreter;
 use super::motion::ROTARY;
+use super::run_state::Interpreter;
 use super::words::{PathFunction, Value, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};

@@ -3,7 +3,7 @@
 //! A block of path words is executed with the words that could be read; everything else that a block with a fault would have
 //! set is in doubt.
 
-use super::interpreter::{Interpreter, Labels};
+use super::run_state::{Interpreter, Labels};
 use super::words::Statement;
 use crate::channel::FailedBlock;
 use crate::channel::doubt::{Doubt, Stage};

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::AxisValues;
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::channel::{arc_fault, differ_by_little};

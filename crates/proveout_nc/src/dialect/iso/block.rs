@@ -11,10 +11,10 @@
 use super::calls::whole;
 use super::corners;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::modal::{FeedMode, MotionMode};
 use super::parser::{CHAMFER, IsoBlock, IsoWord, ROUNDING, WordValue};
 use super::pending::{Full, Pending};
+use super::run_state::Interpreter;
 use super::words::{self, Function, GWordClass, Group};
 use crate::channel::doubt::Stage;
 use crate::codes;

@@ -6,44 +6,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::flavor::Flavor;
-use super::interpreter::{Interpreter, IsoCall, Loaded};
 use super::parser::{CHAMFER, IsoBlock, ROUNDING};
+use super::run_state::{CallKind, CallTarget, Interpreter, IsoCall, Loaded, MacroCall};
 use super::statement::OLabel;
 use crate::Op;
 use crate::channel::ProgramSection;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::source::Mark;
-
-/// What a level of the call stack was entered by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum CallKind {
-    Main,
-    /// M98, M97
-    Sub,
-    /// G65, G66: with parameters of its own.
-    Macro,
-    /// O CALL
-    OSub,
-}
-
-/// A modal macro with its arguments.
-#[derive(Clone, Debug)]
-pub(crate) struct MacroCall {
-    program: CallTarget,
-    passes: u32,
-    arguments: Vec<(u32, f64)>,
-    /// Values of local variables by name.
-    names: Vec<(String, f64)>,
-    depth: usize,
-}
-
-/// A program that is called: by a number that must be whole, or by the name of its head.
-#[derive(Clone, Debug)]
-enum CallTarget {
-    Number(f64),
-    Name(String),
-}
 
 /// Program, passes and arguments.
 type MacroWords = (Option<f64>, Option<f64>, Vec<(u32, f64)>);

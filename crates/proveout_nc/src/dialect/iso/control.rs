@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use super::calls::CallKind;
 use super::expr::Expr;
 use super::index::{self, Partner};
-use super::interpreter::{Interpreter, Loaded};
 use super::osp::NAMED_SEQUENCE;
 use super::parser::{self, IsoBlock};
+use super::run_state::CallKind;
+use super::run_state::{Interpreter, Loaded};
 use super::statement::{IsoStatement, OLabel, OWord};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

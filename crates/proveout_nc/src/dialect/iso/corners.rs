@@ -6,10 +6,10 @@
 //! operator's manual*, "Corner rounding and chamfering": the same between blocks of G1.
 
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::modal::MotionMode;
 use super::parser::{CHAMFER, IsoBlock, ROUNDING};
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::channel::corners::{CornerKind, CornerMark};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

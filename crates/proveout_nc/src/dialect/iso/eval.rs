@@ -1,9 +1,9 @@
 //! Values of expressions and assignments.
 
 use super::expr::Expr;
-use super::interpreter::{Interpreter, alarm};
 use super::osp;
 use super::parser::{Assignment, WordValue};
+use super::run_state::{Interpreter, alarm};
 use crate::channel::expression::{Function, IndexedParameter, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};

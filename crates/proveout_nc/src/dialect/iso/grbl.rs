@@ -5,8 +5,8 @@
 //! other axes (`HOMING_CYCLE_0`, `HOMING_CYCLE_1` of config.h), to the place that the switches have.
 
 use super::grbl_words;
-use super::interpreter::Interpreter;
 use super::parser::IsoBlock;
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::control::Control;
 use crate::diagnostic::{Fault, Span};

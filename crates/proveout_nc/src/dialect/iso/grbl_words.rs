@@ -5,9 +5,9 @@
 //! nothing takes), 37 (G43.1), 38 (T). What a control file gives a meaning is left to it.
 
 use super::block::{WHOLE_CODE, g_name};
-use super::interpreter::Interpreter;
 use super::parser::{IsoBlock, IsoWord, WordValue};
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use super::statement::IsoStatement;
 use super::words::Group;
 use crate::codes;

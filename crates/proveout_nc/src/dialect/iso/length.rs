@@ -6,9 +6,9 @@
 use super::block::g_name;
 use super::calls::whole;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::modal::{Length, MotionMode, Plane};
 use super::pending::{AXES, Pending};
+use super::run_state::Interpreter;
 use super::technology::LINEAR;
 use super::words::Group;
 use crate::codes;

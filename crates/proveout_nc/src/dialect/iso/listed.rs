@@ -1,10 +1,10 @@
 //! Words whose meaning a control file gives.
 
 use super::calls::whole;
-use super::interpreter::Interpreter;
 use super::modal::{MotionMode, Plane};
 use super::parser::IsoBlock;
 use super::pending::{Full, Pending};
+use super::run_state::Interpreter;
 use super::statement::OLabel;
 use crate::codes;
 use crate::control::Meaning;

@@ -43,6 +43,7 @@ mod polar;
 mod recover;
 mod remarks;
 mod rs274;
+mod run_state;
 mod statement;
 mod system;
 mod technology;

@@ -20,8 +20,8 @@
 
 use super::expr::{self, Expr};
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::parser::IsoBlock;
+use super::run_state::Interpreter;
 use super::statement::IsoStatement;
 use crate::ToolName;
 use crate::channel::expression::IndexedParameter;

@@ -13,24 +13,14 @@
 //! of Euler angles 60, 90, 0 as `P1 I90 J0 K60`. The origin of P2 and the signs of P4 could not be
 //! compared with the manual: the run reports them as assumptions.
 
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::{Interpreter, PlaneParts};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 
 /// Two directions that should be square may miss it by this sine: vectors are written with three decimals.
 const SQUARE: f64 = 2e-3;
-
-/// What blocks of G68.2 P2 or P3 have said of a plane that is not complete yet.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct PlaneParts {
-    form: u32,
-    /// Q0 of P2: origin, and turn about the new z in degrees.
-    origin: Option<([f64; 3], f64)>,
-    /// Q1 to Q3 of P2; of P3 the origin, and the direction of +x.
-    points: [Option<[f64; 3]>; 3],
-}
 
 impl Interpreter {
     /// Frame of a block G68.2 in the coordinates before it; none where further blocks complete the plane.

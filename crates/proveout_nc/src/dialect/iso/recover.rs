@@ -1,8 +1,8 @@
 //! What a fault leaves in doubt on an ISO control, and where its run goes on.
 
 use super::index::Index;
-use super::interpreter::{Interpreter, Iso};
 use super::parser::IsoBlock;
+use super::run_state::{Interpreter, Iso};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{FailedBlock, Salvage, TakenOut};
 use crate::codes;

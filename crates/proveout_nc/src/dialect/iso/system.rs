@@ -2,9 +2,9 @@
 
 use super::eval::unknown_system;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::length::OffsetColumn;
 use super::modal::{FeedMode, Length};
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;

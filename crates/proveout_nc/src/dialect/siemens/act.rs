@@ -6,9 +6,9 @@
 
 use std::sync::Arc;
 
-use super::interpreter::Interpreter;
 use super::parser::{Call, SiemensBlock, WordKind};
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;

@@ -3,8 +3,8 @@
 use super::block::{put_once, refused, word_text};
 use super::eval::{self, Val};
 use super::expr::Expr;
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use super::words::{self, Class};
 use crate::AxisValues;
 use crate::channel::expression::IndexedParameter;

@@ -2,11 +2,11 @@
 
 use super::eval::{self, Val};
 use super::expr::Expr;
-use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, SplineEnd, SplineKind, Units};
 use super::parser::{AddressValue, Call, SiemensBlock, Word, WordKind};
+use super::pending::ToolFrame;
 use super::pending::{Coordinate, FrameWord, Pending, Reference};
-use super::tool_frame::ToolFrame;
+use super::run_state::Interpreter;
 use super::words::{self, Class};
 use crate::channel::doubt::Stage;
 use crate::codes;

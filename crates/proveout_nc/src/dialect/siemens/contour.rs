@@ -12,8 +12,8 @@
 use std::sync::Arc;
 
 use super::frames::number;
-use super::interpreter::{CallLevel, Interpreter, Loaded, Siemens};
 use super::parser::Call;
+use super::run_state::{CallLevel, Interpreter, Loaded, Named, Siemens};
 use crate::channel::Language;
 use crate::channel::ProgramSection;
 use crate::channel::corners::CornerLanguage;
@@ -29,13 +29,6 @@ use super::eval::Val;
 const MAX_BLOCKS: usize = 20_000;
 /// Ends closer than this are one point, mm.
 const SAME_MM: f64 = 1e-9;
-
-/// A contour, by the cycle that calls it.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Named {
-    Program(String),
-    Labels(String, String),
-}
 
 impl Named {
     /// `"PART"` or `"FIRST:LAST"`.

@@ -14,10 +14,10 @@
 //! "Programming cycles externally" (places of the arguments up to LP2 and digits of VARI). DMODE and AMODE from memory. The contour
 //! is given with cutter compensation on, as under G41 and G42, so that its corners are those of the control.
 
-use super::contour::Named;
 use super::interpreter::Interpreter;
 use super::milling::{LEAST_SHARE_MM, Words, share};
 use super::parser::Call;
+use super::run_state::Named;
 use crate::channel::milling::{self, Heights};
 use crate::channel::shape::{Leg, Pass, Place, Point};
 use crate::codes;

@@ -2,8 +2,8 @@
 //! program.
 
 use super::expr::Expr;
-use super::interpreter::{Interpreter, Loaded};
 use super::parser::{self, AddressValue, Jump, SiemensBlock, SiemensStatement, WordKind};
+use super::run_state::{Interpreter, Loaded};
 use super::words::{self, Class};
 use crate::AxisValues;
 use crate::channel::coverage::{Flow, Layout, LineRole, LineStretch};

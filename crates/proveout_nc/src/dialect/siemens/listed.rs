@@ -1,8 +1,9 @@
 //! Words defined by a control file.
 
 use super::block::is_function;
-use super::interpreter::{Interpreter, missing_subprogram};
+use super::interpreter::missing_subprogram;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::control::Meaning;
 use crate::control::words::{Builtin, ListedWord};

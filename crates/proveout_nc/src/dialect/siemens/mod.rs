@@ -37,6 +37,7 @@ mod parser;
 mod pending;
 mod polar;
 mod recover;
+mod run_state;
 mod slots;
 mod splines;
 mod statement;

@@ -1,8 +1,8 @@
 //! What a fault leaves in doubt on an 840D, and where the run continues after it.
 
 use super::index::Index;
-use super::interpreter::{Interpreter, Siemens};
 use super::parser::{SiemensBlock, WordKind};
+use super::run_state::{Interpreter, Siemens};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{FailedBlock, Salvage, TakenOut};
 use crate::codes;

@@ -17,15 +17,15 @@
 //! program does not know one of the three, and the curve does not use it, the curve is emitted as
 //! chords of the other two: a Bezier curve needs all three.
 
-use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, SplineEnd, SplineKind};
 use super::parser::{SiemensBlock, WordKind};
 use super::pending::Pending;
+use super::run_state::{Interpreter, SplineCurve, SplinePoint};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
 use crate::spline::{self, CHORD_TOLERANCE_MM, Homogeneous};
-use crate::{CompSide, Feed, Location, Motion, Op, SplineMotion};
+use crate::{CompSide, Motion, Op, SplineMotion};
 
 /// Most points of one curve.
 const MAX_POINTS: usize = 100_000;
@@ -39,32 +39,6 @@ const SAME_POINT_MM: f64 = 1e-9;
 const SAME_SLOPE: f64 = 1e-15;
 
 type Vector = [f64; 3];
-
-/// A point of a curve with the motion that its block would be.
-#[derive(Debug)]
-pub(crate) struct SplinePoint {
-    at: Vector,
-    weight: f64,
-    /// PL, where it is written.
-    interval: Option<f64>,
-    /// Its end along axes that the program does not know is not set.
-    motion: Motion,
-    feed: Option<Feed>,
-    location: Location,
-    span: Span,
-}
-
-/// A curve whose last point is not known yet.
-#[derive(Debug)]
-pub(crate) struct SplineCurve {
-    kind: SplineKind,
-    /// SD when it began.
-    degree: usize,
-    start: Vector,
-    /// Direction of the motion before.
-    before: Option<Vector>,
-    points: Vec<SplinePoint>,
-}
 
 fn plus(a: Vector, b: Vector, by: f64) -> Vector {
     std::array::from_fn(|i| a[i] + by * b[i])
@@ -252,7 +226,7 @@ impl Interpreter {
             let control_base = control.map(|p| self.position.point_in_base(p));
             self.own.tangent = frame::unit(frame::sub(to, second)).or(self.own.tangent);
             self.position.move_to(motion.end, motion.end_base);
-            <super::interpreter::Siemens as crate::channel::Language>::moving(self);
+            <super::run_state::Siemens as crate::channel::Language>::moving(self);
             self.emit(Op::Spline(SplineMotion { motion, control, control_base }));
             return Ok(0);
         }

@@ -7,9 +7,9 @@
 //! value.
 
 use super::expr::Expr;
-use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, SplineKind, Units};
 use super::parser::{AddressValue, SiemensBlock, SiemensStatement, WordKind};
+use super::run_state::Interpreter;
 use crate::channel::expression::IndexedParameter;
 use crate::compensation::OutsideCorner;
 use crate::settings::Compensation;

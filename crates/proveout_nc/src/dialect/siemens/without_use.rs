@@ -5,9 +5,9 @@
 //! words or silently ignore them, such as AR= with TRANS or I with G4. A program with such words is
 //! not read as intended.
 
-use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{FrameWord, Pending};
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 

@@ -3,7 +3,7 @@
 use super::super::eval::{self, Val};
 use super::super::expr::Expr;
 use super::super::parser::{Definition, Type};
-use super::Interpreter;
+use super::super::run_state::Interpreter;
 use crate::channel::expression::IndexedParameter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::super::eval::{Val, Variable};
 use super::super::expr::Expr;
 use super::super::parser::{self, Call, Parameter, SiemensBlock, SiemensStatement};
-use super::{CallLevel, Interpreter, Loaded};
+use super::super::run_state::{CallLevel, Interpreter, Loaded};
 use crate::Op;
 use crate::channel::ProgramSection;
 use crate::codes;
