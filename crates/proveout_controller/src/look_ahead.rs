@@ -118,8 +118,7 @@ fn leg_speed(leg: &ChainLeg, distance: f64) -> f64 {
         return leg.v[1];
     }
     // The first half of the ramp is `max_speed_after`; the second half is its point reflection in time.
-    // Its speed is found by
-    // bisection in time over the phases.
+    // Its speed is found by bisection in time over the phases.
     let mut law = Law::default();
     law.push_move([0.0, d], [leg.v[0], leg.v[1], leg.v[1]], leg.rates, leg.rates);
     let mut cursor = Cursor::default();

@@ -1,7 +1,7 @@
 //! Executes path blocks of the DIN/ISO form: path functions are modal.
 
-use super::din::DinBlock;
 use super::run_state::Interpreter;
+use super::words::DinBlock;
 use super::words::{Block, Coordinate, FeedWord, PathFunction, Reference, Value, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

@@ -1,7 +1,6 @@
 //! Words of a DIN/ISO block that its statement does not use: they are refused by name.
 
-use super::din::Raw;
-use super::words::{Block, Statement};
+use super::words::{Block, DinWords, Statement};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
@@ -37,7 +36,7 @@ const POLE: usize = 5;
 const R: usize = 6;
 
 /// The words of a block, before its statement takes them.
-pub(super) fn present(raw: &Raw, block: &Block) -> WordSet {
+pub(super) fn present(raw: &DinWords, block: &Block) -> WordSet {
     let count = |codes: &[u32]| raw.g.iter().filter(|(g, _)| codes.contains(g)).count();
     let some = |there: bool| usize::from(there);
     let known: &[u32] = &[0, 1, 2, 3, 5, 6, 10, 11, 12, 13, 15, 16, 17, 18, 19, 29, 40, 41, 42, 50, 70, 71, 90, 91];
