@@ -15,7 +15,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use proveout_controller::{
     Controller, Dynamics, Settings,
     dynamics::RigidTree,
-    servo::{DriveModel, Plant, Reference},
+    servo::{DriveModel, Plant, SetPointRates},
 };
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::Command;
@@ -98,7 +98,7 @@ fn servo(c: &mut Criterion) {
                         let v = 10.0 * (f64::from(k % 1000) * 0.006_283).sin();
                         model.cycle(
                             &mut state,
-                            Reference { velocity: v, acceleration: 0.0, jerk: 0.0 },
+                            SetPointRates { velocity: v, acceleration: 0.0, jerk: 0.0 },
                             black_box(3.0),
                         );
                     }

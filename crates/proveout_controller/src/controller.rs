@@ -4,9 +4,11 @@ mod actions;
 mod bounds;
 mod check;
 mod counted;
-mod coupled;
 mod numbers;
+mod pace;
+mod probe;
 mod runs;
+mod spindle;
 
 use std::{sync::Arc, time::Instant};
 
@@ -17,20 +19,20 @@ use proveout_nc::{
 };
 use proveout_tool::Tool;
 
-use self::coupled::Pace;
+use self::pace::Pace;
 use crate::{
-    emit::{Awaited, Emitter, Scope, Waiting},
+    emit::{Emitter, PendingEntry, QueuedEntry, Scope},
     error::{ControlError, RunError},
+    idle_tools::IdleTools,
     limits::JointLimits,
-    mapping::{Kinematics, Mapping},
-    motion::{BlockPath, Context, Leaves, Position, Programmed},
+    mapping::{ActiveKinematics, Mapping},
+    motion::{BlockPath, Context, Leaves, Position, ProgrammedMotion},
     output::{BlockKind, Chunk, Event, MoveKind},
-    path::{Frame, Path, PathBlock, Tolerance},
-    retime::{Entry, Stages},
-    rig::Rig,
+    path::{PathBlock, PathContext, RunPath, Tolerance},
+    retime::{LawEntry, Stages},
+    rtcp::Rig,
     servo::stage::ServoStage,
     settings::{Dynamics, Settings},
-    standing::Standing,
     stretch::Reserve,
     summary::Summary,
 };
@@ -45,16 +47,16 @@ struct Device<'m> {
 }
 
 impl Device<'_> {
-    fn frame(&self, mapping: Mapping) -> Frame<'_> {
-        Frame {
-            kinematics: Kinematics { machine: self.machine, rig: self.rig.as_ref(), mapping },
+    fn frame(&self, mapping: Mapping) -> PathContext<'_> {
+        PathContext {
+            kinematics: ActiveKinematics { machine: self.machine, rig: self.rig.as_ref(), mapping },
             limits: &self.limits,
         }
     }
 }
 
 /// What the program has set.
-struct State {
+struct ProgramState {
     position: Position,
     tool: Option<usize>,
     edge_on: bool,
@@ -87,7 +89,7 @@ struct State {
 struct Begin {
     /// Speed of the first law, and the tempo.
     speed: f64,
-    entry: Entry,
+    entry: LawEntry,
     /// How it comes to rest from there; none where it is at rest.
     reserve: Option<Reserve>,
     /// It is at rest there although the path goes on.
@@ -122,8 +124,8 @@ pub struct Controller<'m, I> {
     tools: &'m [Tool],
     device: Device<'m>,
     settings: Settings,
-    state: State,
-    path: Path,
+    state: ProgramState,
+    path: RunPath,
     mapping: Mapping,
     begin: Begin,
     /// Number of blocks at which the known part of the run is planned next.
@@ -136,7 +138,7 @@ pub struct Controller<'m, I> {
     /// The drives, where they are simulated.
     servo: Option<Box<ServoStage<'m>>>,
     servo_wall: f64,
-    standing: Standing,
+    standing: IdleTools,
     next_block: u32,
     ready: bool,
     ended: bool,
@@ -182,7 +184,7 @@ where
                 limits: JointLimits::new(machine),
                 common_zero: machine.program_zero().is_some(),
             },
-            state: State {
+            state: ProgramState {
                 position: Position { q: home, base: [None; AXIS_LETTERS.len()], told: None },
                 tool: None,
                 edge_on: false,
@@ -204,13 +206,13 @@ where
             window_time: (0.0, bounds::WINDOW_SAMPLES * cycle),
             stages: Stages::default(),
             settings,
-            path: Path::default(),
+            path: RunPath::default(),
             mapping,
             begin: Begin::default(),
             out: Emitter::new(cycle, &home, JointLimits::new(machine)),
             servo,
             servo_wall: 0.0,
-            standing: Standing::at(home),
+            standing: IdleTools::at(home),
             next_block: 0,
             ready: false,
             ended: false,
@@ -360,7 +362,7 @@ where
     /// An event at the start of the next block of motion, or at the next standstill.
     fn announce(&mut self, event: Event) {
         let before = self.path.first_block + self.path.blocks.len() as u64;
-        self.out.waiting.push_back(Waiting { before, what: Awaited::Event(event) });
+        self.out.waiting.push_back(QueuedEntry { before, what: PendingEntry::Event(event) });
     }
 
     fn tool_length(&self) -> f64 {
@@ -511,7 +513,7 @@ where
             self.mapping = mapping;
         }
         let stops = exact_stop || pace == Pace::Probe || matches!(pace, Pace::Thread { stroke: true, .. });
-        let programmed: Option<Arc<Programmed>> = path.programmed.map(Arc::from);
+        let programmed: Option<Arc<ProgrammedMotion>> = path.programmed.map(Arc::from);
         let parts = path.parts.len();
         let mut last = index;
         for (k, part) in path.parts.into_iter().enumerate() {

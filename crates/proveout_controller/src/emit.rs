@@ -7,30 +7,30 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
 use crate::{
     limits::{CellLimits, JointLimits, bound_time},
-    mapping::Kinematics,
+    mapping::ActiveKinematics,
     meter::Meter,
     output::{BlockKind, BlockRecord, Chunk, Event, LimitKind, MoveKind, Piece, Sample},
-    path::{Path, PathBlock, Walk, reaches},
-    pieces::{Cutter, Stance},
+    path::{PathBlock, PathCursor, RunPath, reaches},
+    pieces::{JointPose, PieceCutter},
     profile::{Cursor, Law},
     settings::{Dynamics, Settings},
     straightness::{self, Straightness},
-    stretch::{Clock, Measured, Stretch, grid_number},
-    watch::{Parts, REACH, broken},
+    stretch::{Clock, PlanSample, PlanStretch, grid_number},
+    watch::{LimitReciprocals, REACH, broken},
 };
 
 /// Rounding of places on the path, part of the block.
 const ROUNDING: f64 = 1e-9;
 
 /// An entry to be emitted before the block `before`.
-pub(crate) struct Waiting {
+pub(crate) struct QueuedEntry {
     /// Running number of the path block.
     pub(crate) before: u64,
-    pub(crate) what: Awaited,
+    pub(crate) what: PendingEntry,
 }
 
 /// An event, or the record of a block without a way.
-pub(crate) enum Awaited {
+pub(crate) enum PendingEntry {
     Event(Event),
     Record(Box<BlockRecord>),
 }
@@ -53,7 +53,7 @@ pub(crate) struct Emitter {
     pub(crate) way: f64,
     /// That of the block under way.
     block_way: f64,
-    pub(crate) waiting: VecDeque<Waiting>,
+    pub(crate) waiting: VecDeque<QueuedEntry>,
     /// Start of the block under way, when it began in an earlier stretch.
     block_start: Option<f64>,
     /// Highest steady speed that joints allow in the block under way, and the joint that limits.
@@ -62,7 +62,7 @@ pub(crate) struct Emitter {
     /// Set points at the last times of the grid, whether emitted or left out of a standstill.
     before: [JointValues; REACH],
     limits: JointLimits,
-    parts: Parts,
+    parts: LimitReciprocals,
     /// Worst excess of the set points over a limit of a joint in the block under way, with its time and what it is.
     broken: Option<(f64, (usize, usize, f64, f64))>,
 }
@@ -72,7 +72,7 @@ pub(crate) struct Emitter {
 pub(crate) struct Scope<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) settings: &'a Settings,
-    pub(crate) kinematics: Kinematics<'a>,
+    pub(crate) kinematics: ActiveKinematics<'a>,
 }
 
 impl Emitter {
@@ -90,7 +90,7 @@ impl Emitter {
             over_travel: [None; MAX_JOINTS],
             before: [*start; REACH],
             limits,
-            parts: Parts::new(&limits),
+            parts: LimitReciprocals::new(&limits),
             broken: None,
         }
     }
@@ -101,7 +101,7 @@ impl Emitter {
 
     /// Emits a stretch that begins at the path's `s_begin` at the present time; `open` says whether
     /// it begins and ends in motion.
-    pub(crate) fn stretch(&mut self, scope: &Scope<'_>, path: &Path, stretch: &Stretch, open: [bool; 2]) {
+    pub(crate) fn stretch(&mut self, scope: &Scope<'_>, path: &RunPath, stretch: &PlanStretch, open: [bool; 2]) {
         let start = self.clock;
         let bounds: Vec<CellLimits> = path.cells[..stretch.cells].iter().map(|c| c.limits).collect();
         self.meter.bound_s += if bounds.is_empty() { stretch.law.duration } else { bound_time(&bounds, open) };
@@ -113,7 +113,7 @@ impl Emitter {
         self.samples(scope, path, &stretch.samples);
         let mut phase = Cursor::default();
         let mut cell = 0;
-        let (mut walk, mut at) = (Walk::default(), 0);
+        let (mut walk, mut at) = (PathCursor::default(), 0);
         for (k, block) in path.blocks.iter().enumerate() {
             if block.s0 >= stretch.s_end && stretch.s_end > path.s_begin {
                 break;
@@ -150,7 +150,7 @@ impl Emitter {
         self.clock = start + stretch.law.duration;
     }
 
-    fn samples(&mut self, scope: &Scope<'_>, path: &Path, samples: &[Measured]) {
+    fn samples(&mut self, scope: &Scope<'_>, path: &RunPath, samples: &[PlanSample]) {
         let (mut at, mut span) = (0, 0);
         let (mut way, mut from) = (self.way, path.s_begin);
         // Some room for the samples of following standstills, so that one more sample does not move
@@ -195,7 +195,7 @@ impl Emitter {
 
     /// Keeps the worst excess over a limit. The plan should leave none; any limit that it fails to
     /// keep must be reported.
-    fn judge(&mut self, m: &Measured) {
+    fn judge(&mut self, m: &PlanSample) {
         let Some(found) = broken((&self.limits, &self.parts), self.cycle, &self.before, m) else { return };
         let part = |b: &(usize, usize, f64, f64)| b.2 / b.3;
         if self.broken.is_none_or(|(_, worst)| part(&found) > part(&worst)) {
@@ -215,12 +215,12 @@ impl Emitter {
     fn pieces(
         &mut self,
         scope: &Scope<'_>,
-        path: &Path,
+        path: &RunPath,
         block: &PathBlock,
         law: &Law,
         [a, b]: [f64; 2],
         start: f64,
-        (phase, walk): (&mut Cursor, &mut Walk),
+        (phase, walk): (&mut Cursor, &mut PathCursor),
     ) -> f64 {
         let cursor = std::cell::Cell::new(*walk);
         let stance = |s: f64| {
@@ -233,7 +233,7 @@ impl Emitter {
                     q
                 }
             };
-            Stance { s, q, pose: scope.kinematics.pose(&q) }
+            JointPose { s, q, pose: scope.kinematics.pose(&q) }
         };
         let mut places = vec![a];
         if scope.settings.dynamics != Dynamics::Ideal {
@@ -243,7 +243,7 @@ impl Emitter {
             places.extend(path.spans[first..].iter().map(|p| p.s1).take_while(|s| *s < b - rounding));
         }
         places.push(b);
-        let cutter = Cutter {
+        let cutter = PieceCutter {
             machine: scope.machine,
             settings: scope.settings,
             lengths: [scope.kinematics.mapping.edge_length, scope.kinematics.mapping.tool_length],
@@ -308,12 +308,12 @@ impl Emitter {
     fn span(
         &mut self,
         scope: &Scope<'_>,
-        path: &Path,
+        path: &RunPath,
         block: &PathBlock,
-        stretch: &Stretch,
+        stretch: &PlanStretch,
         [a, b]: [f64; 2],
         start: f64,
-        (phase, walk): (&mut Cursor, &mut Walk),
+        (phase, walk): (&mut Cursor, &mut PathCursor),
     ) -> f64 {
         let times = [a, b].map(|s| start + stretch.law.time_at(s, phase));
         let ends = [a, b].map(|s| path.position(&scope.kinematics, s, walk));
@@ -408,8 +408,8 @@ impl Emitter {
     pub(crate) fn release(&mut self, number: u64, time: f64) {
         while self.waiting.front().is_some_and(|w| w.before <= number) {
             match self.waiting.pop_front().map(|w| w.what) {
-                Some(Awaited::Event(event)) => self.chunk.events.push(at_time(event, time)),
-                Some(Awaited::Record(record)) => {
+                Some(PendingEntry::Event(event)) => self.chunk.events.push(at_time(event, time)),
+                Some(PendingEntry::Record(record)) => {
                     self.meter.summary.blocks += 1;
                     self.chunk.blocks.push(BlockRecord { start_time: time, end_time: time, ..*record });
                 }

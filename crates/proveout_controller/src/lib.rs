@@ -41,7 +41,7 @@
 //!
 //! Corners between feed and rapid are exact: the control stops in them. [`Controller`] collects blocks between two stops into a path in task coordinates, with fitted runs of lines (`path/fit.rs`) and quintic corner blends
 //! (`path.rs`), derives limits along the path from those of the joints (`limits.rs`, derivatives through the kinematics
-//! by Taylor arithmetic, `rig.rs`), plans a first time law (`plan.rs`, closed forms in `scurve.rs`), runs it as fast as the joints
+//! by Taylor arithmetic, `rtcp.rs`), plans a first time law (`look_ahead.rs`, closed forms in `jerk_ramp.rs`), runs it as fast as the joints
 //! allow (`retime.rs`), measures the law at the control samples and slows down where one passes a limit (`stretch.rs`), and cuts
 //! the motion into pieces
 //! (`pieces.rs`). Rounded and exact path share one parameter, so that [`Dynamics::Ideal`] and [`Dynamics::Planned`] have
@@ -77,25 +77,25 @@ mod controller;
 pub mod dynamics;
 mod emit;
 mod error;
+mod idle_tools;
+mod jerk_ramp;
 mod jet;
 mod limits;
+mod look_ahead;
 mod mapping;
 mod meter;
 mod motion;
 mod output;
 mod path;
 mod pieces;
-mod plan;
 mod profile;
 mod program_runs;
 mod reprogram;
 mod retime;
-mod rig;
-mod scurve;
+mod rtcp;
 pub mod servo;
 mod settings;
 mod shape;
-mod standing;
 mod straightness;
 mod stretch;
 mod summary;

@@ -13,7 +13,7 @@
 
 use proveout_machine::{MAX_JOINTS, Machine};
 
-use crate::{path::Way, plan::Cell, scurve::Rates, shape::DerivativeBounds};
+use crate::{jerk_ramp::Rates, look_ahead::SpeedCell, path::WayMeasure, shape::DerivativeBounds};
 
 /// Speed along the path where nothing limits it, mm/s or degrees a second: a thousand times that of real machines, and
 /// finite, so that the plan stays finite on a machine without limits.
@@ -52,9 +52,9 @@ impl JointLimits {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellLimits {
     /// V, A, J for the plan.
-    pub(crate) cell: Cell,
+    pub(crate) cell: SpeedCell,
     /// V and A that no motion under the joint limits can pass (jerk infinite).
-    pub(crate) bound: Cell,
+    pub(crate) bound: SpeedCell,
     /// Derivatives of the joints from which the limits follow.
     pub(crate) bounds: DerivativeBounds,
     /// Feed along the path that is run without curvature: programmed feed and joint velocities alone, and the joint that limits it
@@ -69,7 +69,7 @@ pub(crate) struct CellLimits {
     pub(crate) feed: f64,
     pub(crate) rapid: bool,
     /// What the feed is about.
-    pub(crate) way: Way,
+    pub(crate) way: WayMeasure,
 }
 
 /// A stretch of the path whose limits are asked for.
@@ -81,7 +81,7 @@ pub(crate) struct Stride {
     /// Length along the parameter.
     pub(crate) length: f64,
     /// What the feed is about, lowest and highest way by the parameter, and the whole way.
-    pub(crate) way: Way,
+    pub(crate) way: WayMeasure,
     pub(crate) rate: [f64; 2],
     pub(crate) whole: f64,
 }
@@ -89,7 +89,7 @@ pub(crate) struct Stride {
 impl Stride {
     /// Of an exact path, whose parameter is its length.
     pub(crate) fn exact(rapid: bool, feed: f64, length: f64) -> Self {
-        Self { rapid, feed, length, way: Way::Parameter, rate: [1.0, 1.0], whole: length }
+        Self { rapid, feed, length, way: WayMeasure::Parameter, rate: [1.0, 1.0], whole: length }
     }
 }
 
@@ -121,7 +121,7 @@ pub(crate) fn cell_limits(l: &JointLimits, stride: &Stride, b: &DerivativeBounds
         }
     }
     let steady = (speed * fast).min(feed);
-    let least_time = if feed.is_finite() && way != Way::Parameter { whole * (1.0 - SUMMED) / feed } else { 0.0 };
+    let least_time = if feed.is_finite() && way != WayMeasure::Parameter { whole * (1.0 - SUMMED) / feed } else { 0.0 };
     for i in 0..l.count {
         if b.second[i] > 0.0 {
             speed = speed.min((CURVATURE_ACCELERATION * l.acceleration[i] / b.second[i]).sqrt());
@@ -139,8 +139,8 @@ pub(crate) fn cell_limits(l: &JointLimits, stride: &Stride, b: &DerivativeBounds
     }
     let rates = rates_at(l, b, speed);
     CellLimits {
-        cell: Cell { length, speed, rates },
-        bound: Cell {
+        cell: SpeedCell { length, speed, rates },
+        bound: SpeedCell {
             length,
             speed: bound_speed,
             rates: Rates { acceleration: bound_acceleration, jerk: f64::INFINITY },
@@ -189,7 +189,7 @@ fn cross(second: f64, speed: f64, acceleration: f64) -> f64 {
 /// A lower bound of the time of every motion over the same path: V and A of the `bound` cells are no smaller than what
 /// the joints' limits allow anywhere in the cell. Each cell takes its least time at the feed in any case.
 pub(crate) fn bound_time(limits: &[CellLimits], open: [bool; 2]) -> f64 {
-    let cells: Vec<Cell> = limits.iter().map(|c| c.bound).collect();
+    let cells: Vec<SpeedCell> = limits.iter().map(|c| c.bound).collect();
     let n = cells.len();
     let mut b = vec![f64::INFINITY; n + 1];
     if !open[0] {
@@ -198,7 +198,7 @@ pub(crate) fn bound_time(limits: &[CellLimits], open: [bool; 2]) -> f64 {
     if !open[1] {
         b[n] = 0.0;
     }
-    let gain = |c: &Cell| 2.0 * c.rates.acceleration * c.length;
+    let gain = |c: &SpeedCell| 2.0 * c.rates.acceleration * c.length;
     for (k, c) in cells.iter().enumerate() {
         b[k] = b[k].min(c.speed * c.speed);
         b[k + 1] = b[k + 1].min(b[k] + gain(c));

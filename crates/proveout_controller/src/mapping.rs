@@ -1,7 +1,7 @@
 use proveout_geom::ToolPose;
 use proveout_machine::{JointValues, Machine};
 
-use crate::{jet::JointJet, rig::Rig};
+use crate::{jet::JointJet, rtcp::Rig};
 
 /// How task coordinates become joints in a run, and which tool hangs in the spindle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,13 +17,13 @@ pub(crate) struct Mapping {
 
 /// The machine and the mapping in force.
 #[derive(Clone, Copy)]
-pub(crate) struct Kinematics<'a> {
+pub(crate) struct ActiveKinematics<'a> {
     pub(crate) machine: &'a Machine,
     pub(crate) rig: Option<&'a Rig>,
     pub(crate) mapping: Mapping,
 }
 
-impl Kinematics<'_> {
+impl ActiveKinematics<'_> {
     /// Joint positions with derivatives.
     pub(crate) fn joints(&self, task: &JointJet) -> JointJet {
         match (self.mapping.tcp_length, self.rig) {

@@ -10,15 +10,15 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{AXIS_TOLERANCE, JointKind, JointValues, KinematicsError, Machine};
 use proveout_nc::{ASSUMED, AXIS_LETTERS, ArcMotion, Location, Motion, OrientationInterpolation, RotarySolution};
 
-use self::great_circle::{Turning, Wanted};
-pub(crate) use self::programmed::Programmed;
+use self::great_circle::{AxisTask, BlockTurning};
+pub(crate) use self::programmed::ProgrammedMotion;
 use self::programmed::{AxisWay, TipWay};
 use crate::{
     error::ControlError,
     jet::JointJet,
     mapping::Mapping,
-    rig::Rig,
-    shape::{Arc, Shape},
+    rtcp::Rig,
+    shape::{Arc, BlockShape},
 };
 
 /// Displacements of the tip below this (mm) are none: a thousandth of the finest increment of a control.
@@ -51,8 +51,8 @@ pub(crate) struct Position {
 }
 
 /// A part of a block that runs without a stop.
-pub(crate) struct Part {
-    pub(crate) shape: Shape,
+pub(crate) struct BlockPart {
+    pub(crate) shape: BlockShape,
     pub(crate) length: f64,
     /// The rotary joints turn in a pole, while tip and tool axis are at rest.
     pub(crate) turn: bool,
@@ -75,7 +75,7 @@ pub(crate) struct Leaves {
 /// Path of one block.
 pub(crate) struct BlockPath {
     /// One at least.
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<BlockPart>,
     /// Length of the parts but the turns.
     pub(crate) length: f64,
     /// False when the parameter is in degrees since the tip does not move.
@@ -89,15 +89,15 @@ pub(crate) struct BlockPath {
     /// Tip and tool axis run their ways one after the other, not in step.
     pub(crate) apart: bool,
     /// What the program says of the way.
-    pub(crate) programmed: Option<Box<Programmed>>,
+    pub(crate) programmed: Option<Box<ProgrammedMotion>>,
     /// The position of the rotary axes that the program chose is out of travel, and the other one is taken: what is said of it.
     pub(crate) other_position: Option<String>,
 }
 
 impl BlockPath {
     /// A block in one part.
-    pub(crate) fn whole(shape: Shape, length: f64, tip_moves: bool, end: JointValues) -> Self {
-        let parts = vec![Part { shape, length, turn: false, tip_moves, t: [0.0, 1.0] }];
+    pub(crate) fn whole(shape: BlockShape, length: f64, tip_moves: bool, end: JointValues) -> Self {
+        let parts = vec![BlockPart { shape, length, turn: false, tip_moves, t: [0.0, 1.0] }];
         Self {
             parts,
             length,
@@ -112,17 +112,19 @@ impl BlockPath {
     }
 
     /// The same block with what is made of its great circle.
-    fn turned(self, turning: Turning) -> Self {
+    fn turned(self, turning: BlockTurning) -> Self {
         match turning {
-            Turning::InProportion(leaves) => Self { leaves, ..self },
-            Turning::Parts { parts, length, end, leaves, apart } => Self { parts, length, end, leaves, apart, ..self },
+            BlockTurning::InProportion(leaves) => Self { leaves, ..self },
+            BlockTurning::Parts { parts, length, end, leaves, apart } => {
+                Self { parts, length, end, leaves, apart, ..self }
+            }
         }
     }
 }
 
 /// What came of turning the rotary joints to a tool axis.
 #[derive(Default)]
-struct Turned {
+struct TurnResult {
     /// A tool axis that no joint positions reach, with the reason.
     unreachable: Option<(ToolPose, String)>,
     /// See [`BlockPath::other_position`].
@@ -256,13 +258,17 @@ impl Context<'_> {
 
     /// End of a motion in joints (no tool center point control, or machine coordinates). A tool axis turns the rotary
     /// joints while the linear joints stay or go where the block says (swiveling).
-    fn end_in_joints(&self, motion: &Motion, position: &Position) -> Result<(JointValues, Turned), Box<ControlError>> {
+    fn end_in_joints(
+        &self,
+        motion: &Motion,
+        position: &Position,
+    ) -> Result<(JointValues, TurnResult), Box<ControlError>> {
         let offset = self.length_offset();
         let mut q = position.q;
         for (letter, joint, value) in self.targets(motion, position)? {
             q[joint] = self.unless_held(joint, value + if letter < 3 { offset[letter] } else { 0.0 })?;
         }
-        let mut turned = Turned::default();
+        let mut turned = TurnResult::default();
         if let Some(axis) = motion.tool_axis_base {
             let tip = self.machine.forward(&q, self.active_length).tip;
             turned = self.turn_to((axis, motion.solution), tip, self.active_length, position, &mut q)?;
@@ -280,7 +286,7 @@ impl Context<'_> {
         length: f64,
         position: &Position,
         q: &mut JointValues,
-    ) -> Result<Turned, Box<ControlError>> {
+    ) -> Result<TurnResult, Box<ControlError>> {
         let axis = Vector::from(axis);
         // Within rounding of a pole its azimuth says nothing.
         let axis = axis.try_normalize(0.0).and_then(|u| self.pole_at(&u, &position.q)).unwrap_or(axis);
@@ -296,12 +302,12 @@ impl Context<'_> {
             Err(e @ KinematicsError::NotFinite { .. }) => {
                 return Err(self.fail("control-not-a-number", e.to_string(), "check the tool axis of this block"));
             }
-            Err(e) => return Ok(Turned { unreachable: Some((pose, e.to_string())), other_position: None }),
+            Err(e) => return Ok(TurnResult { unreachable: Some((pose, e.to_string())), other_position: None }),
         };
         self.take_rotary(q, &turned.q);
         let other = choice.filter(|_| turned.other);
         let other_position = other.map(|(joint, higher, or_other)| self.told_other(joint, higher, or_other));
-        Ok(Turned { unreachable: None, other_position })
+        Ok(TurnResult { unreachable: None, other_position })
     }
 
     /// The joint whose angle chooses between two positions of the rotary axes, whether the higher one is wanted, and whether the control
@@ -335,7 +341,7 @@ impl Context<'_> {
             let (end, turned) = self.end_in_joints(motion, position)?;
             let mut path = self.line(position.q, end, end);
             (path.unreachable, path.other_position) = (turned.unreachable, turned.other_position);
-            path.programmed = Some(Box::new(Programmed::joints(position.q, end, None)));
+            path.programmed = Some(Box::new(ProgrammedMotion::joints(position.q, end, None)));
             return Ok(path);
         };
         let (from, to, turned) = self.end_with_tcp(motion, position, rig, length)?;
@@ -366,7 +372,7 @@ impl Context<'_> {
             return path;
         }
         let any_joints = motion.tool_axis_base.is_some();
-        let turning = self.great_circle(&Wanted { rig, length, from, to, any_joints, tip, tip_length });
+        let turning = self.great_circle(&AxisTask { rig, length, from, to, any_joints, tip, tip_length });
         path.turned(turning)
     }
 
@@ -378,7 +384,7 @@ impl Context<'_> {
         length: f64,
         to: &JointValues,
         (tip, apart): (TipWay, bool),
-    ) -> Option<Box<Programmed>> {
+    ) -> Option<Box<ProgrammedMotion>> {
         let axis_of = |q: &JointValues| self.machine.forward(q, length).axis;
         let from = position.told.map_or_else(|| axis_of(&position.q), |pose| pose.axis);
         let axis = match (motion.tool_axis_base, self.orientation) {
@@ -394,7 +400,7 @@ impl Context<'_> {
             }
             (_, OrientationInterpolation::Axes) => AxisWay::joints(position.q, *to),
         };
-        Some(Box::new(Programmed::tool(length, tip, axis, !apart)))
+        Some(Box::new(ProgrammedMotion::tool(length, tip, axis, !apart)))
     }
 
     /// Start and end in task coordinates with tool center point control.
@@ -404,7 +410,7 @@ impl Context<'_> {
         position: &Position,
         rig: &Rig,
         length: f64,
-    ) -> Result<(JointValues, JointValues, Turned), Box<ControlError>> {
+    ) -> Result<(JointValues, JointValues, TurnResult), Box<ControlError>> {
         let from = rig.task(self.machine, &position.q, length);
         let mut to = from;
         let mut tip = Vector::new(from[rig.slots[0]], from[rig.slots[1]], from[rig.slots[2]]);
@@ -415,7 +421,7 @@ impl Context<'_> {
                 to[joint] = self.unless_held(joint, value)?;
             }
         }
-        let mut turned = Turned::default();
+        let mut turned = TurnResult::default();
         if let Some(axis) = motion.tool_axis_base {
             turned = self.turn_to((axis, motion.solution), Point::from(tip), length, position, &mut to)?;
         }
@@ -451,14 +457,14 @@ impl Context<'_> {
 
     /// Straight way between two positions of the joints.
     pub(crate) fn between(&self, from: JointValues, to: JointValues) -> BlockPath {
-        let programmed = Some(Box::new(Programmed::joints(from, to, None)));
+        let programmed = Some(Box::new(ProgrammedMotion::joints(from, to, None)));
         BlockPath { programmed, ..self.line(from, to, to) }
     }
 
     fn line(&self, from: JointValues, to: JointValues, end: JointValues) -> BlockPath {
         let (length, tip_moves) = self.parameter_length(&(to - from));
         let slope = if length > 0.0 { (to - from) * (1.0 / length) } else { JointValues::ZERO };
-        BlockPath::whole(Shape::Line { from, slope }, length, tip_moves, end)
+        BlockPath::whole(BlockShape::Line { from, slope }, length, tip_moves, end)
     }
 
     /// Length of a straight motion: of the linear coordinates, mm; of the rotary ones, degrees, if
@@ -536,7 +542,7 @@ impl Context<'_> {
             slope[slot] = 0.0;
             start[slot] = 0.0;
         }
-        let shape = Shape::Arc(Box::new(Arc {
+        let shape = BlockShape::Arc(Box::new(Arc {
             slots,
             center: center_line,
             u,
@@ -553,7 +559,7 @@ impl Context<'_> {
         let mut path = BlockPath::whole(shape.clone(), length, true, end);
         (path.unreachable, path.other_position) = (turned.unreachable, turned.other_position);
         let Some((tool, rig)) = tcp else {
-            path.programmed = Some(Box::new(Programmed::joints(from, to, Some((slots, way)))));
+            path.programmed = Some(Box::new(ProgrammedMotion::joints(from, to, Some((slots, way)))));
             return Ok(path);
         };
         let tip = |t: f64| linear_part(rig, &shape.jet(t * length), length);

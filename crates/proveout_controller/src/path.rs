@@ -32,7 +32,7 @@
 //! at feed.
 
 mod cells;
-mod corner;
+mod corner_rounding;
 mod curve;
 mod fit;
 mod points;
@@ -42,20 +42,20 @@ mod way;
 
 use proveout_machine::{JointValues, Machine};
 
-pub(crate) use self::way::Way;
+pub(crate) use self::way::WayMeasure;
 use self::{
     cells::{blend_cells, exact_cells},
-    corner::{Corner, corner, size},
-    curve::Curve,
+    corner_rounding::{CornerRounding, corner, size},
+    curve::LineFit,
     septic::Septic,
 };
 use crate::{
     jet::JointJet,
     limits::{CellLimits, JointLimits},
-    mapping::Kinematics,
-    motion::Programmed,
+    mapping::ActiveKinematics,
+    motion::ProgrammedMotion,
     output::MoveKind,
-    shape::{Quintic, Shape},
+    shape::{BlockShape, Quintic},
 };
 
 /// Blocks that pass in less than this time (s) are the approximation of a curve where the tolerance allows to see them so: controls
@@ -87,7 +87,7 @@ impl Tolerance {
 pub(crate) struct PathBlock {
     /// Index of the block record.
     pub(crate) index: u32,
-    pub(crate) shape: Shape,
+    pub(crate) shape: BlockShape,
     pub(crate) length: f64,
     /// Begin on the parameter of the run.
     pub(crate) s0: f64,
@@ -104,12 +104,12 @@ pub(crate) struct PathBlock {
     pub(crate) loose: Option<Tolerance>,
     /// The program makes the machine stop at its end.
     pub(crate) stands: bool,
-    /// The line that replaces a short curved block, see [`Path::push`].
-    pub(crate) chord: Option<Shape>,
+    /// The line that replaces a short curved block, see [`RunPath::push`].
+    pub(crate) chord: Option<BlockShape>,
     /// False when the parameter is in degrees since the tip does not move.
     pub(crate) tip_moves: bool,
     /// What the program says of the way, and the share of it that this block runs; none where it says the end alone.
-    pub(crate) told: Option<(std::sync::Arc<Programmed>, [f64; 2])>,
+    pub(crate) told: Option<(std::sync::Arc<ProgrammedMotion>, [f64; 2])>,
     pub(crate) file: std::sync::Arc<str>,
     pub(crate) line: u32,
 }
@@ -132,7 +132,7 @@ impl PathBlock {
     }
 
     /// What the rounded path follows: the exact path, or the line that replaces it.
-    fn course(&self) -> &Shape {
+    fn course(&self) -> &BlockShape {
         self.chord.as_ref().unwrap_or(&self.shape)
     }
 
@@ -170,14 +170,14 @@ pub(crate) enum SpanShape {
 
 /// A stretch of the rounded path.
 #[derive(Clone, Debug)]
-pub(crate) struct Span {
+pub(crate) struct PathSpan {
     pub(crate) s0: f64,
     pub(crate) s1: f64,
     /// Running number of the block in which it begins.
     pub(crate) block: u64,
     pub(crate) shape: SpanShape,
     /// What counts as way on it.
-    pub(crate) way: Way,
+    pub(crate) way: WayMeasure,
 }
 
 /// A cell with its limits.
@@ -195,25 +195,25 @@ pub(crate) struct PathCell {
 
 /// Position of a forward walk along a path; makes the walk linear in cost.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Walk {
+pub(crate) struct PathCursor {
     pub(crate) span: usize,
     pub(crate) cell: usize,
 }
 
 /// The known part of a run.
 #[derive(Default)]
-pub(crate) struct Path {
+pub(crate) struct RunPath {
     pub(crate) blocks: Vec<PathBlock>,
     /// Running number of the first block in `blocks`.
     pub(crate) first_block: u64,
-    pub(crate) spans: Vec<Span>,
+    pub(crate) spans: Vec<PathSpan>,
     pub(crate) cells: Vec<PathCell>,
     /// Begin of the first cell.
     pub(crate) s_begin: f64,
     /// End of the finished spans.
     s_done: f64,
     /// The fit of the run of lines under way.
-    curve: Curve,
+    curve: LineFit,
     /// Largest rounding of the tip or linear joints, mm.
     pub(crate) max_rounding: f64,
     /// Largest way between a short curved block and its chord, mm.
@@ -222,12 +222,12 @@ pub(crate) struct Path {
 
 /// What the geometry of a path needs to know about machine and control.
 #[derive(Clone, Copy)]
-pub(crate) struct Frame<'a> {
-    pub(crate) kinematics: Kinematics<'a>,
+pub(crate) struct PathContext<'a> {
+    pub(crate) kinematics: ActiveKinematics<'a>,
     pub(crate) limits: &'a JointLimits,
 }
 
-impl Path {
+impl RunPath {
     /// An empty path whose first block gets this running number.
     pub(crate) fn starting_with(first_block: u64) -> Self {
         Self { first_block, ..Self::default() }
@@ -236,7 +236,7 @@ impl Path {
     /// A path of one block that has its own law over the path parameter.
     pub(crate) fn single(first_block: u64, block: PathBlock) -> Self {
         let s1 = block.length;
-        let span = Span { s0: 0.0, s1, block: first_block, shape: SpanShape::Exact, way: Way::Parameter };
+        let span = PathSpan { s0: 0.0, s1, block: first_block, shape: SpanShape::Exact, way: WayMeasure::Parameter };
         Self { first_block, s_done: s1, spans: vec![span], blocks: vec![block], ..Self::default() }
     }
 
@@ -256,7 +256,7 @@ impl Path {
 
     /// Appends a block with a rounded corner before it. False, and nothing is changed, where the corner has no room for
     /// a blend: the control must stop there first.
-    pub(crate) fn push(&mut self, frame: &Frame<'_>, mut block: PathBlock) -> bool {
+    pub(crate) fn push(&mut self, frame: &PathContext<'_>, mut block: PathBlock) -> bool {
         block.s0 = self.end();
         let off = block.straighten(frame.kinematics.machine);
         self.off_chord = self.off_chord.max(off);
@@ -265,19 +265,19 @@ impl Path {
             let number = self.first_block + self.blocks.len() as u64 - 1;
             let corner = corner(frame, (number, before), &block, tolerance);
             match corner {
-                Corner::Stop => return false,
-                Corner::Kink(kink) => {
+                CornerRounding::Stop => return false,
+                CornerRounding::Kink(kink) => {
                     self.blocks.push(block);
                     self.round(frame, *kink);
                     return true;
                 }
-                Corner::Smooth => {
+                CornerRounding::Smooth => {
                     self.end_lines(frame, block.s0);
-                    self.curve = Curve::from(block.s0);
+                    self.curve = LineFit::from(block.s0);
                 }
-                Corner::Blend { half_width, rounding, quintic } => {
+                CornerRounding::Blend { half_width, rounding, quintic } => {
                     self.end_lines(frame, block.s0 - half_width);
-                    self.curve = Curve::from(block.s0 + half_width);
+                    self.curve = LineFit::from(block.s0 + half_width);
                     self.max_rounding = self.max_rounding.max(rounding + self.off_chord);
                     self.push_blend(frame, number, &block, quintic);
                 }
@@ -288,13 +288,13 @@ impl Path {
     }
 
     /// Finishes the last block: the path ends with a stop.
-    pub(crate) fn finish(&mut self, frame: &Frame<'_>) {
+    pub(crate) fn finish(&mut self, frame: &PathContext<'_>) {
         if !self.blocks.is_empty() {
             self.end_lines(frame, self.end());
         }
     }
 
-    fn finish_exact(&mut self, frame: &Frame<'_>, number: u64, s1: f64) {
+    fn finish_exact(&mut self, frame: &PathContext<'_>, number: u64, s1: f64) {
         let s0 = self.s_done;
         if reaches(s0, s1) {
             // What is left is rounding of sums: the path ends where its last block does.
@@ -309,21 +309,21 @@ impl Path {
         for (end, limits, joints) in cells {
             self.cells.push(PathCell { s1: end, limits, block: number, exact: true, joints });
         }
-        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Exact, way: Way::Parameter });
+        self.spans.push(PathSpan { s0, s1, block: number, shape: SpanShape::Exact, way: WayMeasure::Parameter });
         self.s_done = s1;
     }
 
-    fn push_blend(&mut self, frame: &Frame<'_>, number: u64, next: &PathBlock, quintic: Box<Quintic>) {
+    fn push_blend(&mut self, frame: &PathContext<'_>, number: u64, next: &PathBlock, quintic: Box<Quintic>) {
         let before = self.block(number);
         let rapid = before.is_rapid() && next.is_rapid();
         let feed = before.feed.min(next.feed);
-        let way = Way::of([before.tip_moves, next.tip_moves]);
+        let way = WayMeasure::of([before.tip_moves, next.tip_moves]);
         let s0 = self.s_done;
         let s1 = quintic.u1;
         for (end, limits, joints) in blend_cells(frame, (rapid, feed, way), s0, &quintic) {
             self.cells.push(PathCell { s1: end, limits, block: number, exact: false, joints });
         }
-        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(quintic), way });
+        self.spans.push(PathSpan { s0, s1, block: number, shape: SpanShape::Blend(quintic), way });
         self.s_done = s1;
     }
 
@@ -399,7 +399,7 @@ impl Path {
     }
 
     /// Joints of the rounded path at s.
-    pub(crate) fn position(&self, kinematics: &Kinematics<'_>, s: f64, walk: &mut Walk) -> JointValues {
+    pub(crate) fn position(&self, kinematics: &ActiveKinematics<'_>, s: f64, walk: &mut PathCursor) -> JointValues {
         match self.joints_of_cell(s, &mut walk.cell) {
             Some(joints) => joints.at(s),
             None => kinematics.position(&self.rounded(s, &mut walk.span).0[0]),

@@ -15,7 +15,7 @@ use crate::settings::Settings;
 
 /// Joints and tool pose at a place of the path.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stance {
+pub(crate) struct JointPose {
     pub(crate) s: f64,
     pub(crate) q: JointValues,
     pub(crate) pose: ToolPose,
@@ -63,10 +63,10 @@ impl Off {
 }
 
 /// What takes pieces.
-pub(crate) type Emit<'a> = dyn FnMut(&Stance, &Stance, &Off, Option<&[Stance; 3]>) + 'a;
+pub(crate) type Emit<'a> = dyn FnMut(&JointPose, &JointPose, &Off, Option<&[JointPose; 3]>) + 'a;
 
 /// Cuts paths into pieces.
-pub(crate) struct Cutter<'a, F: Fn(f64) -> Stance> {
+pub(crate) struct PieceCutter<'a, F: Fn(f64) -> JointPose> {
     pub(crate) machine: &'a Machine,
     pub(crate) settings: &'a Settings,
     /// Ways from the tip to the end of the cutting edges and to the gauge line, mm.
@@ -74,7 +74,7 @@ pub(crate) struct Cutter<'a, F: Fn(f64) -> Stance> {
     pub(crate) stance: F,
 }
 
-impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
+impl<F: Fn(f64) -> JointPose> PieceCutter<'_, F> {
     /// Pieces of the path through the given places; a place in the middle is a border only where that is needed.
     /// `emit` gets begin, end and deviation, and the stances at the quarters where these were looked at.
     pub(crate) fn cut(&self, places: &[f64], emit: &mut Emit<'_>) {
@@ -96,7 +96,7 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
         self.cut_smooth(&a, &b, 0, emit);
     }
 
-    fn cut_smooth(&self, a: &Stance, b: &Stance, depth: u32, emit: &mut Emit<'_>) {
+    fn cut_smooth(&self, a: &JointPose, b: &JointPose, depth: u32, emit: &mut Emit<'_>) {
         let mut parts = self.parts_by_size(a, b);
         if parts == 1 {
             let quarters = [0.25, 0.5, 0.75].map(|part| (self.stance)(a.s + (b.s - a.s) * part));
@@ -118,7 +118,7 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
         }
     }
 
-    fn parts_by_size(&self, a: &Stance, b: &Stance) -> usize {
+    fn parts_by_size(&self, a: &JointPose, b: &JointPose) -> usize {
         let mut parts = ((b.pose.tip - a.pose.tip).norm() / self.settings.piece_length)
             .max(a.pose.angle_to(&b.pose) / self.settings.piece_angle);
         for (i, joint) in self.machine.joints.iter().enumerate() {
@@ -135,7 +135,7 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
     }
 
     /// Deviation of the whole way through several smooth parts, if it is within the tolerance.
-    fn fits(&self, a: &Stance, b: &Stance, places: &[f64]) -> Option<Off> {
+    fn fits(&self, a: &JointPose, b: &JointPose, places: &[f64]) -> Option<Off> {
         if self.parts_by_size(a, b) > 1 {
             return None;
         }
@@ -157,7 +157,7 @@ impl<F: Fn(f64) -> Stance> Cutter<'_, F> {
     }
 
     /// Deviation at a part of the way, where the tool is at x.
-    fn off(&self, a: &Stance, b: &Stance, part: f64, x: &Stance) -> Off {
+    fn off(&self, a: &JointPose, b: &JointPose, part: f64, x: &JointPose) -> Off {
         let way = b.pose.tip - a.pose.tip;
         let length2 = way.norm_squared();
         // Where on the piece the true pose belongs is free: the uniform motion of a piece is not bound to time.

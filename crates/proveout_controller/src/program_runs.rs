@@ -47,31 +47,31 @@ pub fn program_runs(
 ) -> Result<Vec<ProgramRun>, Box<ControlError>> {
     let found = find_runs(machine, commands, None)?;
     let long = found.into_iter().filter(|run| run.blocks.len() >= shortest.max(1));
-    let run = |run: Found| ProgramRun { blocks: run.placed_blocks(commands).collect(), tool: run.tool };
+    let run = |run: RunBlocks| ProgramRun { blocks: run.placed_blocks(commands).collect(), tool: run.tool };
     Ok(long.map(run).collect())
 }
 
 /// A motion with its pose in the table frame K.
 #[derive(Clone, Copy)]
-pub(crate) struct Placed {
+pub(crate) struct BlockPose {
     pub(crate) command: usize,
     pub(crate) pose: ToolPose,
     /// Time by the programmed feed, s.
     pub(crate) time: Option<f64>,
     /// The program gives the block this time whatever its way is (inverse time).
     pub(crate) timed: bool,
-    pub(crate) frame: Frame,
+    pub(crate) frame: WorkFrame,
 }
 
 /// Work to base coordinates, without scale.
 #[derive(Clone, Copy)]
-pub(crate) struct Frame {
+pub(crate) struct WorkFrame {
     rotation: [[f64; 3]; 3],
     translation: [f64; 3],
     pub(crate) rotary: [f64; 3],
 }
 
-impl Frame {
+impl WorkFrame {
     const IDENTITY: Self =
         Self { rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], translation: [0.0; 3], rotary: [0.0; 3] };
 
@@ -93,7 +93,7 @@ impl Frame {
     }
 }
 
-impl Found {
+impl RunBlocks {
     fn is_empty(&self) -> bool {
         self.before.is_empty() && self.blocks.is_empty() && self.after.is_empty()
     }
@@ -111,15 +111,15 @@ impl Found {
 
 /// A run with the rapids that lead to it and away from it.
 #[derive(Default)]
-pub(crate) struct Found {
+pub(crate) struct RunBlocks {
     pub(crate) tool: Option<ToolName>,
     /// Gauge length of the tool, mm, where the blocks are positions of the axes, without tool center point control.
     pub(crate) joints: Option<f64>,
     /// The last rapid before tool center point control that turns rotary axes.
-    pub(crate) turning: Option<(usize, Frame)>,
-    pub(crate) before: Vec<Placed>,
-    pub(crate) blocks: Vec<Placed>,
-    pub(crate) after: Vec<Placed>,
+    pub(crate) turning: Option<(usize, WorkFrame)>,
+    pub(crate) before: Vec<BlockPose>,
+    pub(crate) blocks: Vec<BlockPose>,
+    pub(crate) after: Vec<BlockPose>,
     /// Nothing but rapids under tool center point control is between the run before and this one.
     pub(crate) linked: bool,
 }
@@ -133,13 +133,13 @@ pub(crate) fn find_runs(
     machine: &Machine,
     commands: &[Command],
     lengths: Option<&ToolLengths<'_>>,
-) -> Result<Vec<Found>, Box<ControlError>> {
+) -> Result<Vec<RunBlocks>, Box<ControlError>> {
     let controlled = commands.iter().any(|c| matches!(&c.op, Op::Tcp(tcp) if tcp.on));
     if let Some(lengths) = lengths.filter(|_| !controlled) {
         return find_joint_runs(machine, commands, lengths);
     }
-    let mut runs = vec![Found::default()];
-    let mut state = State { q: machine.home(), zero: base_zero(machine), ..State::default() };
+    let mut runs = vec![RunBlocks::default()];
+    let mut state = RunFinder { q: machine.home(), zero: base_zero(machine), ..RunFinder::default() };
     for (index, command) in commands.iter().enumerate() {
         match &command.op {
             Op::Tcp(tcp) => {
@@ -148,15 +148,16 @@ pub(crate) fn find_runs(
                 // run.
                 let idle = runs.pop_if(|run| run.is_empty() && tcp.on).and_then(|run| run.turning);
                 let turning = state.turning.take().or(idle).filter(|_| tcp.on);
-                runs.push(Found { tool: state.tool.clone(), turning, ..Found::default() });
+                runs.push(RunBlocks { tool: state.tool.clone(), turning, ..RunBlocks::default() });
             }
             Op::Feed(feed) => state.feed = Some(*feed),
             Op::Tool(ToolAction::Change(name)) => {
                 state.tool = Some(name.clone());
-                runs.push(Found { tool: state.tool.clone(), ..Found::default() });
+                runs.push(RunBlocks { tool: state.tool.clone(), ..RunBlocks::default() });
             }
             Op::Frame(change) => {
-                let frame = Frame { rotation: change.rotation, translation: change.translation, rotary: change.rotary };
+                let frame =
+                    WorkFrame { rotation: change.rotation, translation: change.translation, rotary: change.rotary };
                 state.frame = frame;
             }
             Op::Rapid(motion) | Op::Linear(motion) => {
@@ -171,12 +172,12 @@ pub(crate) fn find_runs(
                     return Err(fail(&command.location, "reschedule-path", message, "write the path without SCALE"));
                 }
                 let feed = matches!(command.op, Op::Linear(_));
-                let fresh = Found { tool: state.tool.clone(), ..Found::default() };
+                let fresh = RunBlocks { tool: state.tool.clone(), ..RunBlocks::default() };
                 let Some(run) = runs.last_mut() else { continue };
                 if feed && run.after.is_empty() {
                     run.blocks.push(placed);
                 } else if feed {
-                    runs.push(Found { blocks: vec![placed], linked: true, ..fresh });
+                    runs.push(RunBlocks { blocks: vec![placed], linked: true, ..fresh });
                 } else if run.blocks.is_empty() {
                     run.before.push(placed);
                 } else {
@@ -198,12 +199,12 @@ fn find_joint_runs(
     machine: &Machine,
     commands: &[Command],
     lengths: &ToolLengths<'_>,
-) -> Result<Vec<Found>, Box<ControlError>> {
-    let mut runs = vec![Found::default()];
-    let mut state = State { q: machine.home(), ..State::default() };
+) -> Result<Vec<RunBlocks>, Box<ControlError>> {
+    let mut runs = vec![RunBlocks::default()];
+    let mut state = RunFinder { q: machine.home(), ..RunFinder::default() };
     let mut joints = None;
     for (index, command) in commands.iter().enumerate() {
-        let fresh = |state: &State, joints| Found { tool: state.tool.clone(), joints, ..Found::default() };
+        let fresh = |state: &RunFinder, joints| RunBlocks { tool: state.tool.clone(), joints, ..RunBlocks::default() };
         match &command.op {
             Op::Feed(feed) => state.feed = Some(*feed),
             Op::Tool(ToolAction::Change(name)) => {
@@ -212,7 +213,8 @@ fn find_joint_runs(
                 runs.push(fresh(&state, joints));
             }
             Op::Frame(change) => {
-                let frame = Frame { rotation: change.rotation, translation: change.translation, rotary: change.rotary };
+                let frame =
+                    WorkFrame { rotation: change.rotation, translation: change.translation, rotary: change.rotary };
                 state.frame = frame;
             }
             Op::Rapid(motion) | Op::Linear(motion) => {
@@ -232,7 +234,7 @@ fn find_joint_runs(
                 if feed && run.after.is_empty() {
                     run.blocks.push(placed);
                 } else if feed {
-                    runs.push(Found { blocks: vec![placed], ..fresh(&state, joints) });
+                    runs.push(RunBlocks { blocks: vec![placed], ..fresh(&state, joints) });
                 } else if run.blocks.is_empty() {
                     run.before.push(placed);
                 } else {
@@ -257,7 +259,13 @@ pub(crate) fn length_at_zero(machine: &Machine, length: f64) -> Vector {
 
 /// Pose at the end of a motion of the axes; none where not all of them are programmed, or the
 /// machine has no X, Y and Z.
-fn place_joints(machine: &Machine, state: &mut State, motion: &Motion, command: usize, length: f64) -> Option<Placed> {
+fn place_joints(
+    machine: &Machine,
+    state: &mut RunFinder,
+    motion: &Motion,
+    command: usize,
+    length: f64,
+) -> Option<BlockPose> {
     for axis in 0..3 {
         state.tip[axis] = motion.end_base.get(axis).or(state.tip[axis]);
         state.rotary[axis] = motion.end_base.get(3 + axis).or(state.rotary[axis]);
@@ -279,11 +287,11 @@ fn place_joints(machine: &Machine, state: &mut State, motion: &Motion, command: 
         Some(Feed::InverseTime(seconds)) => Some(seconds),
         _ => None,
     };
-    Some(Placed { command, pose: machine.forward(&q, length), time, timed: time.is_some(), frame: state.frame })
+    Some(BlockPose { command, pose: machine.forward(&q, length), time, timed: time.is_some(), frame: state.frame })
 }
 
 /// Pose at the end of a motion, if enough coordinates are programmed.
-fn place(machine: &Machine, state: &mut State, motion: &Motion, command: usize) -> Option<Placed> {
+fn place(machine: &Machine, state: &mut RunFinder, motion: &Motion, command: usize) -> Option<BlockPose> {
     for axis in 0..3 {
         state.tip[axis] = motion.end_base.get(axis);
         if let Some(value) = motion.end_base.get(3 + axis) {
@@ -310,7 +318,7 @@ fn place(machine: &Machine, state: &mut State, motion: &Motion, command: usize) 
         _ => None,
     };
     let timed = matches!(state.feed, Some(Feed::InverseTime(_)));
-    Some(Placed { command, pose: ToolPose { tip, axis: state.axis? }, time, timed, frame: state.frame })
+    Some(BlockPose { command, pose: ToolPose { tip, axis: state.axis? }, time, timed, frame: state.frame })
 }
 
 /// Where base coordinates are zero with tool center point control, from the origin of K.
@@ -319,13 +327,13 @@ pub(crate) fn base_zero(machine: &Machine) -> Vector {
 }
 
 #[derive(Default)]
-struct State {
+struct RunFinder {
     /// Base coordinates count from here in K.
     zero: Vector,
-    turning: Option<(usize, Frame)>,
+    turning: Option<(usize, WorkFrame)>,
     tcp: bool,
     tool: Option<ToolName>,
-    frame: Frame,
+    frame: WorkFrame,
     tip: [Option<f64>; 3],
     /// Tip of the motion before, where it was known.
     last_tip: Option<Point>,
@@ -335,7 +343,7 @@ struct State {
     q: JointValues,
 }
 
-impl Default for Frame {
+impl Default for WorkFrame {
     fn default() -> Self {
         Self::IDENTITY
     }

@@ -26,9 +26,9 @@ use proveout_toolpath::reschedule::{
 };
 
 use crate::{
-    alternatives::{Alternatives, Run, rounding},
+    alternatives::{Alternatives, ScheduleRun, rounding},
     error::ControlError,
-    program_runs::{Found, Frame, Placed, ProgramBlock, base_zero, fail, find_runs, length_at_zero},
+    program_runs::{BlockPose, ProgramBlock, RunBlocks, WorkFrame, base_zero, fail, find_runs, length_at_zero},
 };
 
 /// Motions of fewer blocks are links and stay as they are.
@@ -106,24 +106,24 @@ type Regions = Vec<(ToolName, Option<Box<dyn FeasibleRegion>>)>;
 struct RunTimes<'a> {
     work: &'a Reprogramming<'a>,
     times: &'a BlockTimes<'a>,
-    found: &'a Found,
+    found: &'a RunBlocks,
     commands: &'a [Command],
     ball: f64,
     /// Runs before it with as many blocks.
     alike: usize,
     /// The commands that are asked about first.
     excerpt: Option<Vec<bool>>,
-    link: Option<Link<'a>>,
+    link: Option<RapidLink<'a>>,
 }
 
 /// The rapids from the run before, which ends with the axis `from`.
 #[derive(Clone, Copy)]
-struct Link<'a> {
-    rapids: &'a [Placed],
+struct RapidLink<'a> {
+    rapids: &'a [BlockPose],
     from: Vector,
 }
 
-impl Link<'_> {
+impl RapidLink<'_> {
     /// Axes at the ends of the rapids: out with the old one, turning on the way, in with the new one.
     fn axes(&self, to: &Vector) -> Vec<Vector> {
         let count = self.rapids.len();
@@ -174,8 +174,8 @@ impl Reprogramming<'_> {
             return Err(fail(&delta.location, "reschedule-path", message, help));
         }
         let found = find_runs(self.machine, &commands, Some(self.length))?;
-        let long = |run: &Found| run.blocks.len() >= SHORTEST_RUN && turns(run);
-        let found: Vec<(usize, &Found)> = found.iter().enumerate().filter(|(_, run)| long(run)).collect();
+        let long = |run: &RunBlocks| run.blocks.len() >= SHORTEST_RUN && turns(run);
+        let found: Vec<(usize, &RunBlocks)> = found.iter().enumerate().filter(|(_, run)| long(run)).collect();
         let rows: Vec<CuttingRun> = found.iter().map(|(_, run)| cutting_run(run, &commands)).collect();
         let mut out = Reprogrammed { commands, runs: Vec::new() };
         let mut regions = Vec::new();
@@ -184,7 +184,7 @@ impl Reprogramming<'_> {
             let link = row.checked_sub(1).and_then(|k| {
                 let &(at, last) = found.get(k)?;
                 let from = out.runs.last()?.after.last()?.axis;
-                (at + 1 == place && run.linked).then_some(Link { rapids: &last.after, from })
+                (at + 1 == place && run.linked).then_some(RapidLink { rapids: &last.after, from })
             });
             self.run(run, (&rows, row), link, (&mut regions, &mut out))?;
         }
@@ -219,9 +219,9 @@ impl Reprogramming<'_> {
 
     fn run(
         &self,
-        found: &Found,
+        found: &RunBlocks,
         (rows, row): (&[CuttingRun], usize),
-        link: Option<Link<'_>>,
+        link: Option<RapidLink<'_>>,
         (regions, out): (&mut Regions, &mut Reprogrammed),
     ) -> Result<(), Box<ControlError>> {
         let run = cutting_run(found, &out.commands);
@@ -257,7 +257,7 @@ impl Reprogramming<'_> {
         let joints = self.rewritten(&mut out.commands, (found, link), &result.poses, result.rotary.as_deref(), ball)?;
         let rounding = rounding(self.machine, self.tip_tolerance, &out.commands, found);
         let length = found.joints.or_else(|| (self.length)(found.tool.as_ref()?));
-        let run = Run { found, rounding, ball, length };
+        let run = ScheduleRun { found, rounding, ball, length };
         let alternatives = Alternatives::new(self.machine, &run, &result, &joints);
         out.runs.push(ReprogrammedRun {
             commands: found.blocks.iter().map(|b| b.command).collect(),
@@ -274,12 +274,12 @@ impl Reprogramming<'_> {
     fn rewritten(
         &self,
         commands: &mut [Command],
-        (found, link): (&Found, Option<Link<'_>>),
+        (found, link): (&RunBlocks, Option<RapidLink<'_>>),
         poses: &[ToolPose],
         rotary: Option<&[JointValues]>,
         ball: f64,
     ) -> Result<Vec<JointValues>, Box<ControlError>> {
-        let kept = |placed: &Placed, axis: &Vector| ToolPose {
+        let kept = |placed: &BlockPose, axis: &Vector| ToolPose {
             tip: placed.pose.tip + (placed.pose.axis - axis) * ball,
             axis: *axis,
         };
@@ -292,7 +292,7 @@ impl Reprogramming<'_> {
         };
         let own = lead.len()..lead.len() + found.blocks.len();
         let after = found.after.iter().map(|p| (p, kept(p, &end.axis)));
-        let new: Vec<(&Placed, ToolPose)> =
+        let new: Vec<(&BlockPose, ToolPose)> =
             lead.into_iter().chain(found.blocks.iter().zip(poses.iter().copied())).chain(after).collect();
         for (k, (placed, pose)) in new.into_iter().enumerate() {
             let last = q;
@@ -339,7 +339,7 @@ impl Reprogramming<'_> {
     fn rewrite(
         &self,
         commands: &mut [Command],
-        placed: &Placed,
+        placed: &BlockPose,
         (pose, rotary_pose, length): (&ToolPose, Option<&JointValues>, Option<f64>),
         q: &mut JointValues,
     ) -> Result<(), Box<ControlError>> {
@@ -433,7 +433,7 @@ impl Reprogramming<'_> {
     }
 
     /// Sends a rapid of the rotary axes to where the first new axis wants them.
-    fn turn_first(&self, commands: &mut [Command], command: usize, frame: &Frame, q: &JointValues) {
+    fn turn_first(&self, commands: &mut [Command], command: usize, frame: &WorkFrame, q: &JointValues) {
         let Some(Op::Rapid(motion)) = commands.get_mut(command).map(|c| &mut c.op) else { return };
         for &joint in self.machine.rotary_joints() {
             let letter = (3..6).find(|&l| self.machine.joint_for_letter(AXIS_LETTERS[l]) == Some(joint));
@@ -445,20 +445,20 @@ impl Reprogramming<'_> {
     }
 }
 
-fn cutting_run(found: &Found, commands: &[Command]) -> CuttingRun {
+fn cutting_run(found: &RunBlocks, commands: &[Command]) -> CuttingRun {
     let block = |b: ProgramBlock| CuttingBlock { pose: b.pose, line: b.line, time: b.time };
     CuttingRun { blocks: found.placed_blocks(commands).map(block).collect() }
 }
 
 /// Whether a run may be rewritten: under tool center point control always, in positions of the axes
 /// only if rotary ones turn.
-fn turns(run: &Found) -> bool {
+fn turns(run: &RunBlocks) -> bool {
     let Some(first) = run.blocks.first().filter(|_| run.joints.is_some()) else { return run.joints.is_none() };
     run.blocks.iter().any(|b| b.pose.angle_to(&first.pose) > SAME_AXIS)
 }
 
 /// A program with tool vectors cannot give the position of a rotary joint at a pole.
-fn refuse_vectors(out: &Reprogrammed, found: &Found) -> Result<(), Box<ControlError>> {
+fn refuse_vectors(out: &Reprogrammed, found: &RunBlocks) -> Result<(), Box<ControlError>> {
     let Some(command) = first_vector(&out.commands, found) else { return Ok(()) };
     let message = "the block gives a tool vector, which does not define the angle of the table at its pole".to_owned();
     let help = "post the program with rotary axes, or choose another method";
@@ -466,7 +466,7 @@ fn refuse_vectors(out: &Reprogrammed, found: &Found) -> Result<(), Box<ControlEr
 }
 
 /// The first block of a run that gives a tool vector.
-fn first_vector<'a>(commands: &'a [Command], found: &Found) -> Option<&'a Command> {
+fn first_vector<'a>(commands: &'a [Command], found: &RunBlocks) -> Option<&'a Command> {
     let own = found.blocks.iter().filter_map(|b| commands.get(b.command));
     own.into_iter().find(|c| matches!(&c.op, Op::Linear(motion) if motion.tool_axis.is_some()))
 }

@@ -1,6 +1,6 @@
 //! Runs a first law faster where the joints allow it.
 //!
-//! The chains of `plan.rs` know constants V, A and J a cell and have no acceleration at their anchors: a law that keeps all limits
+//! The chains of `look_ahead.rs` know constants V, A and J a cell and have no acceleration at their anchors: a law that keeps all limits
 //! and wastes time at corners and in curves. Its own time p is a parameter in which the joints q(p) have finite derivatives even
 //! at rests. The law is run with a *tempo* dp/dt = sqrt(b(p)) (`tempo.rs`); the chain rule gives
 //!
@@ -26,7 +26,7 @@
 //!    its limit between two points, a point is put there and the search goes on, at the end around that place alone.
 //! 4. *Samples* (`watch.rs`): the law is measured at the control samples. Where one passes a limit, or a difference of set points does,
 //!    that place gets a point of its own, or rows around it are tightened where they do not see the excess, and the surroundings are
-//!    solved again; after some rounds the tempo is lowered there (`dip`).
+//!    solved again; after some rounds the tempo is lowered there (`lower_tempo_at`).
 //! 5. *What rounds leave* (`settle`) is taken away by plateaus of some percent, and where more is left the first law is kept for some
 //!    hundredths of a second. A tempo that would come near to rest is refused (`Tempo::is_sound`).
 //! 6. *Last resort* (`stretch.rs`): from rest to rest the law runs slower as a whole; in motion the machine comes to rest by the reserve
@@ -57,29 +57,29 @@ mod stages;
 mod start;
 mod system;
 
-pub(crate) use self::grid::{Spot, jerk_along};
+pub(crate) use self::grid::{LimitExcess, jerk_along};
 pub(crate) use self::stages::Stages;
-use self::{grid::Probe, solved::Solved};
+use self::{grid::Probe, solved::RegionTempo};
 use crate::{
-    path::{Frame, Path},
+    path::{PathContext, RunPath},
     profile::Law,
     tempo::Tempo,
 };
 
 /// How a law begins: square of the tempo and its slope, and a tempo that is known to be possible from there on.
 #[derive(Clone, Debug)]
-pub(crate) struct Entry {
+pub(crate) struct LawEntry {
     pub(crate) square: [f64; 2],
     pub(crate) tail: Vec<Tempo>,
 }
 
-impl Default for Entry {
+impl Default for LawEntry {
     fn default() -> Self {
         Self::new(Vec::new())
     }
 }
 
-impl Entry {
+impl LawEntry {
     /// The law goes on with these tempos.
     pub(crate) fn new(tail: Vec<Tempo>) -> Self {
         Self { square: tail.first().map_or([1.0, 0.0], |t| [t.square[0], t.square[1]]), tail }
@@ -99,18 +99,18 @@ const AS_IT_WAS: f64 = 0.03;
 /// What is to be run faster: a first law over the first `cells` cells of a path. `rest` says
 /// whether it begins and ends at rest; where it does not, it begins as `entry` says and ends with
 /// its own tempo.
-pub(crate) struct Course<'a> {
-    pub(crate) path: &'a Path,
-    pub(crate) frame: &'a Frame<'a>,
+pub(crate) struct RetimeTask<'a> {
+    pub(crate) path: &'a RunPath,
+    pub(crate) frame: &'a PathContext<'a>,
     pub(crate) law: &'a Law,
     pub(crate) cells: usize,
-    pub(crate) entry: &'a Entry,
+    pub(crate) entry: &'a LawEntry,
     pub(crate) rest: [bool; 2],
 }
 
 /// What came of an attempt to settle what could not be mended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Settled {
+pub(crate) enum RepairOutcome {
     /// Regions run slower.
     Slower,
     /// The first law is kept in places.
@@ -121,9 +121,9 @@ pub(crate) enum Settled {
 
 /// Results of earlier rounds, and the places where samples passed limits outside of all regions.
 pub(crate) struct Rounds<'a> {
-    known: Vec<Solved>,
+    known: Vec<RegionTempo>,
     /// In the order of time.
-    spots: Vec<Spot>,
+    spots: Vec<LimitExcess>,
     /// Stretches of time that run as in the first law, rising.
     cuts: Vec<[f64; 2]>,
     stages: &'a mut Stages,
@@ -137,11 +137,11 @@ impl<'a> Rounds<'a> {
 
     /// Tightens the rows at these places, to be solved again; with `dips` lowers the tempo there at once, which always
     /// succeeds.
-    pub(crate) fn slow_down(&mut self, spots: &[Spot], dips: bool) {
+    pub(crate) fn slow_down(&mut self, spots: &[LimitExcess], dips: bool) {
         for known in &mut self.known {
-            let own: Vec<&Spot> = spots.iter().filter(|s| s.at >= known.from && s.at <= known.to).collect();
+            let own: Vec<&LimitExcess> = spots.iter().filter(|s| s.at >= known.from && s.at <= known.to).collect();
             if dips && !own.is_empty() {
-                known.dip(&own);
+                known.lower_tempo_at(&own);
             } else {
                 known.spots.extend(own.iter().map(|s| **s));
             }
@@ -156,25 +156,25 @@ impl<'a> Rounds<'a> {
 
     /// Settles what rounds of [`Self::slow_down`] could not mend: regions that pass limits by little run slower on plateaus, and
     /// the law is left as it was around other places.
-    pub(crate) fn settle(&mut self, spots: &[Spot]) -> Settled {
-        let mut settled = Settled::Nothing;
+    pub(crate) fn settle(&mut self, spots: &[LimitExcess]) -> RepairOutcome {
+        let mut settled = RepairOutcome::Nothing;
         let mut times: Vec<f64> = Vec::new();
         for known in &mut self.known {
-            let own: Vec<&Spot> = spots.iter().filter(|s| s.at >= known.from && s.at <= known.to).collect();
+            let own: Vec<&LimitExcess> = spots.iter().filter(|s| s.at >= known.from && s.at <= known.to).collect();
             if own.is_empty() {
                 continue;
             }
             let far = own.iter().any(|s| s.excess > LEVELED);
             if !far && known.levels < LEVELS {
                 known.level(&own);
-                settled = Settled::Slower;
+                settled = RepairOutcome::Slower;
             } else {
                 times.extend(own.iter().filter(|s| !far || s.excess > LEVELED).map(|s| s.at));
             }
         }
         for t in times {
             if !self.cuts.iter().any(|c| (c[0]..=c[1]).contains(&t)) {
-                settled = Settled::AsItWas;
+                settled = RepairOutcome::AsItWas;
                 self.cut(t - AS_IT_WAS, t + AS_IT_WAS);
             }
         }
@@ -195,8 +195,8 @@ impl<'a> Rounds<'a> {
     }
 
     /// The law with the fastest tempo that is found.
-    pub(crate) fn retimed(&mut self, course: &Course<'_>) -> Law {
-        let Course { path, frame, law, cells, entry, rest } = course;
+    pub(crate) fn retimed(&mut self, course: &RetimeTask<'_>) -> Law {
+        let RetimeTask { path, frame, law, cells, entry, rest } = course;
         let moving = !entry.is_even();
         let mut found: Vec<Vec<Tempo>> = Vec::new();
         // What must be kept of the tail, where the begin cannot be solved.
@@ -218,7 +218,7 @@ impl<'a> Rounds<'a> {
                     let fixed = [!(at_begin && rest[0]), !(region.to >= law.planned && rest[1])];
                     let start = if at_begin { entry.square } else { [1.0, 0.0] };
                     let field = grid::field(&mut probe, &region, fixed, &self.spots);
-                    Solved::new((&mut probe, self.stages), field, [region.from, region.to], start)
+                    RegionTempo::new((&mut probe, self.stages), field, [region.from, region.to], start)
                 }
             };
             if region.from >= kept_until {

@@ -1,4 +1,4 @@
-//! Exact path of one block and the quintic pieces that round corners, in task coordinates (see `rig.rs`).
+//! Exact path of one block and the quintic pieces that round corners, in task coordinates (see `rtcp.rs`).
 
 mod bezier;
 
@@ -14,7 +14,7 @@ pub(crate) use self::bezier::Bezier;
 
 /// Path of a block over its parameter u in 0..=length.
 #[derive(Clone, Debug)]
-pub(crate) enum Shape {
+pub(crate) enum BlockShape {
     /// All task coordinates in proportion to u.
     Line { from: JointValues, slope: JointValues },
     /// The three coordinates `slots` on a circle or helix, the others in proportion to u.
@@ -24,12 +24,12 @@ pub(crate) enum Shape {
     /// The three coordinates of a cubic Bezier curve by its length, the others in proportion to u.
     Bezier(Box<Bezier>),
     /// Every joint by its own law; the parameter is the time in seconds.
-    Timed(Box<Timed>),
+    Timed(Box<DogLeg>),
 }
 
 /// Joints that move at once and independently (dog-leg rapid motion).
 #[derive(Clone, Debug)]
-pub(crate) struct Timed {
+pub(crate) struct DogLeg {
     pub(crate) from: JointValues,
     /// Joint, direction and law of its distance for each joint that moves.
     pub(crate) joints: Vec<(usize, f64, Law)>,
@@ -77,7 +77,7 @@ pub(crate) struct DerivativeBounds {
     pub(crate) third: JointValues,
 }
 
-impl Shape {
+impl BlockShape {
     /// Taylor coefficients at u.
     pub(crate) fn jet(&self, u: f64) -> JointJet {
         match self {
@@ -131,7 +131,7 @@ impl Shape {
     }
 }
 
-impl Timed {
+impl DogLeg {
     /// Way between two times: chords of a thousandth of the motion, which are short of it by 1e-7 of the way where all joints speed up.
     fn way(&self, [from, to]: [f64; 2]) -> f64 {
         const CHORDS: f64 = 1000.0;

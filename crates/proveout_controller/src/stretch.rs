@@ -4,10 +4,10 @@ use proveout_machine::JointValues;
 
 use crate::{
     limits::slow_down,
-    path::{Frame, Path, Way},
-    plan::{Cell, Node, Plan},
+    look_ahead::{SpeedCell, SpeedNode, SpeedPlan},
+    path::{PathContext, RunPath, WayMeasure},
     profile::{Cursor, Law, PathState},
-    retime::{Course, Entry, Rounds, Settled, Spot, Stages, jerk_along},
+    retime::{LawEntry, LimitExcess, RepairOutcome, RetimeTask, Rounds, Stages, jerk_along},
     watch::{Over, REACH, over_limits},
 };
 
@@ -46,7 +46,7 @@ const ROOM_SAMPLES: f64 = 1e6;
 
 /// State at a control sample.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Measured {
+pub(crate) struct PlanSample {
     pub(crate) time: f64,
     pub(crate) state: PathState,
     /// Way by the path parameter on the path that is run: of the tip (or of the linear joints), and of the rotary joints.
@@ -60,7 +60,7 @@ pub(crate) struct Measured {
 }
 
 /// A planned stretch from the begin of the path's first cell.
-pub(crate) struct Stretch {
+pub(crate) struct PlanStretch {
     pub(crate) law: Law,
     /// Number of cells in the stretch.
     pub(crate) cells: usize,
@@ -68,8 +68,8 @@ pub(crate) struct Stretch {
     pub(crate) s_end: f64,
     pub(crate) v_end: f64,
     /// The tempo with which the path goes on.
-    pub(crate) entry: Entry,
-    pub(crate) samples: Vec<Measured>,
+    pub(crate) entry: LawEntry,
+    pub(crate) samples: Vec<PlanSample>,
     /// How the machine comes to rest from there.
     pub(crate) reserve: Option<Reserve>,
 }
@@ -83,17 +83,17 @@ pub(crate) struct Reserve {
 
 impl Reserve {
     /// The reserve as a stretch, at the end of the one with which it was made.
-    pub(crate) fn stretch(self, path: &Path, frame: &Frame<'_>, clock: Clock) -> Stretch {
+    pub(crate) fn stretch(self, path: &RunPath, frame: &PathContext<'_>, clock: Clock) -> PlanStretch {
         let Self { law, cells, s_end } = self;
         let samples = measure(path, frame, clock, &law, 0);
-        Stretch { law, cells, s_end, v_end: 0.0, entry: Entry::default(), samples, reserve: None }
+        PlanStretch { law, cells, s_end, v_end: 0.0, entry: LawEntry::default(), samples, reserve: None }
     }
 }
 
 /// What came of planning.
 pub(crate) enum Outcome {
     /// A stretch that keeps the limits at all samples.
-    Planned(Box<Stretch>),
+    Planned(Box<PlanStretch>),
     /// No node lies far enough before the end of what is known.
     NotYet,
     /// The motion takes this time, s, and more than [`MOST_SAMPLES`]; path parameter of what takes most of it.
@@ -140,9 +140,9 @@ impl Clock {
     /// the end of the path.
     fn over_limits(
         &self,
-        path: &Path,
-        frame: &Frame<'_>,
-        samples: &[Measured],
+        path: &RunPath,
+        frame: &PathContext<'_>,
+        samples: &[PlanSample],
         finish: bool,
         allowed: f64,
     ) -> Vec<Over> {
@@ -171,11 +171,11 @@ impl Clock {
 ///     +------------------+-----------+-------> t
 /// ```
 pub(crate) fn plan(
-    path: &mut Path,
-    frame: &Frame<'_>,
+    path: &mut RunPath,
+    frame: &PathContext<'_>,
     clock: Clock,
     v_start: f64,
-    (entry, stages): (&Entry, &mut Stages),
+    (entry, stages): (&LawEntry, &mut Stages),
     finish: bool,
 ) -> Outcome {
     let borders: Vec<f64> = std::iter::once(path.s_begin).chain(path.cells.iter().map(|c| c.s1)).collect();
@@ -183,10 +183,10 @@ pub(crate) fn plan(
     let rest = [v_start == 0.0, finish];
     let mut slowed = 0;
     loop {
-        let cells: Vec<Cell> = path.cells.iter().map(|c| c.limits.cell).collect();
-        let plan = Plan::new(&cells, &borders, [v_start, 0.0]);
+        let cells: Vec<SpeedCell> = path.cells.iter().map(|c| c.limits.cell).collect();
+        let plan = SpeedPlan::new(&cells, &borders, [v_start, 0.0]);
         // What comes after the last node does not act on the first law before it.
-        let last = if finish { Some(Node::end(n)) } else { plan.split_before(n - n / UNKNOWN) };
+        let last = if finish { Some(SpeedNode::end(n)) } else { plan.split_before(n - n / UNKNOWN) };
         let Some(last) = last else { return Outcome::NotYet };
         let first_law = plan.law(&borders, last.border);
         let node = if finish { Some(last) } else { committed(&plan, &first_law, &borders, last) };
@@ -199,7 +199,7 @@ pub(crate) fn plan(
         } else {
             first_law.planned_time_at(borders[node.border], &mut Cursor::default())
         };
-        let course = Course { path, frame, law: &first_law, cells: last.border, entry, rest };
+        let course = RetimeTask { path, frame, law: &first_law, cells: last.border, entry, rest };
         let mut found = within_limits(&course, clock, stages);
         if let Err((law, samples, _)) = &mut found
             && slowed == SLOWINGS
@@ -224,10 +224,18 @@ pub(crate) fn plan(
                     let end = grid_number(clock.start + law.duration, clock.cycle);
                     let count = samples.partition_point(|m| grid_number(m.time, clock.cycle) < end);
                     samples.truncate(count);
-                    let entry = Entry::new(behind.tempos.clone());
+                    let entry = LawEntry::new(behind.tempos.clone());
                     let reserve = (!finish).then(|| Reserve { law: behind, cells: n - node.border, s_end: borders[n] });
                     let (cells, s_end, v_end) = (node.border, borders[node.border], node.speed);
-                    return Outcome::Planned(Box::new(Stretch { law, cells, s_end, v_end, entry, samples, reserve }));
+                    return Outcome::Planned(Box::new(PlanStretch {
+                        law,
+                        cells,
+                        s_end,
+                        v_end,
+                        entry,
+                        samples,
+                        reserve,
+                    }));
                 }
                 over
             }
@@ -251,11 +259,11 @@ fn slowest(law: &Law, borders: &[f64]) -> f64 {
 }
 
 /// A law with its samples, and the places where it passes limits.
-type Trial = (Law, Vec<Measured>, Vec<Over>);
+type Trial = (Law, Vec<PlanSample>, Vec<Over>);
 
 /// The fastest law that is found whose samples keep the limits; otherwise the last one that was tried.
-fn within_limits(course: &Course<'_>, clock: Clock, stages: &mut Stages) -> Result<(Law, Vec<Measured>), Trial> {
-    let Course { path, frame, rest, .. } = *course;
+fn within_limits(course: &RetimeTask<'_>, clock: Clock, stages: &mut Stages) -> Result<(Law, Vec<PlanSample>), Trial> {
+    let RetimeTask { path, frame, rest, .. } = *course;
     let mut rounds = Rounds::new(stages);
     let (mut round, mut all) = (0, 0);
     let mut samples = Vec::new();
@@ -280,16 +288,16 @@ fn within_limits(course: &Course<'_>, clock: Clock, stages: &mut Stages) -> Resu
             continue;
         }
         match rounds.settle(&spots) {
-            Settled::Slower => {}
+            RepairOutcome::Slower => {}
             // Around the parts that returned to the first law, tempos are solved again.
-            Settled::AsItWas => round = 0,
-            Settled::Nothing => return Err((law, samples, over)),
+            RepairOutcome::AsItWas => round = 0,
+            RepairOutcome::Nothing => return Err((law, samples, over)),
         }
     }
 }
 
 /// Places of the first law where the tempo must change.
-fn spots(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, over: &[Over]) -> Vec<Spot> {
+fn spots(path: &RunPath, frame: &PathContext<'_>, clock: Clock, law: &Law, over: &[Over]) -> Vec<LimitExcess> {
     let mut cursor = Cursor::default();
     let last = path.cells.len() - 1;
     over.iter()
@@ -302,14 +310,20 @@ fn spots(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, over: &[Over])
             let tempo = ((ahead - at) / TEMPO_STEP_S).max(1.0);
             let excess = (a - 1.0).max(j - 1.0).max(2.0 * (velocity - 1.0)).max(0.0);
             let width = (DIP * tempo * pace.sqrt()).clamp(0.01, 1.0);
-            Spot { at, excess: (TIGHTER * excess).min(0.3), width }
+            LimitExcess { at, excess: (TIGHTER * excess).min(0.3), width }
         })
         .collect()
 }
 
 /// Runs a law from rest to rest slower as a whole, where samples pass limits that nothing else has brought down: speed falls with
 /// the factor, acceleration with its square, jerk with its cube, so that this ends below every limit above zero.
-fn slow_throughout(path: &Path, frame: &Frame<'_>, clock: Clock, law: &mut Law, samples: &mut Vec<Measured>) {
+fn slow_throughout(
+    path: &RunPath,
+    frame: &PathContext<'_>,
+    clock: Clock,
+    law: &mut Law,
+    samples: &mut Vec<PlanSample>,
+) {
     // Samples fall elsewhere on the slower law: a second time is rare, a third was never seen.
     for _ in 0..SLOWER {
         let over = clock.over_limits(path, frame, samples, true, PROMISED);
@@ -324,7 +338,7 @@ fn slow_throughout(path: &Path, frame: &Frame<'_>, clock: Clock, law: &mut Law, 
 }
 
 /// The last node that lies far enough before `last` for the tempo there not to act on what is committed.
-fn committed(plan: &Plan, law: &Law, borders: &[f64], last: Node) -> Option<Node> {
+fn committed(plan: &SpeedPlan, law: &Law, borders: &[f64], last: SpeedNode) -> Option<SpeedNode> {
     let until = (law.planned - AHEAD).max(0.5 * law.planned);
     let mut cursor = Cursor::default();
     let border = borders[..=last.border].partition_point(|s| law.planned_time_at(*s, &mut cursor) <= until);
@@ -332,14 +346,27 @@ fn committed(plan: &Plan, law: &Law, borders: &[f64], last: Node) -> Option<Node
 }
 
 /// Joint states at the control samples of a law but the first ones.
-pub(crate) fn measure(path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, skipped: usize) -> Vec<Measured> {
+pub(crate) fn measure(
+    path: &RunPath,
+    frame: &PathContext<'_>,
+    clock: Clock,
+    law: &Law,
+    skipped: usize,
+) -> Vec<PlanSample> {
     let mut samples = Vec::new();
     measure_into(&mut samples, path, frame, clock, law, skipped);
     samples
 }
 
 /// The same into room that is there: samples are many, and measured several times.
-fn measure_into(samples: &mut Vec<Measured>, path: &Path, frame: &Frame<'_>, clock: Clock, law: &Law, skipped: usize) {
+fn measure_into(
+    samples: &mut Vec<PlanSample>,
+    path: &RunPath,
+    frame: &PathContext<'_>,
+    clock: Clock,
+    law: &Law,
+    skipped: usize,
+) {
     let (mut phase, mut span) = (Cursor::default(), 0);
     let machine = frame.kinematics.machine;
     let mut cell = 0;
@@ -361,19 +388,19 @@ fn measure_into(samples: &mut Vec<Measured>, path: &Path, frame: &Frame<'_>, clo
         };
         let (q1, q2, q3) = (q.first(), q.second(), q.third());
         let PathState { v, a, j, .. } = state;
-        let mut rate = [Way::Tip, Way::Turn].map(|way| way.rate(machine, &task)[0]);
+        let mut rate = [WayMeasure::Tip, WayMeasure::Turn].map(|way| way.rate(machine, &task)[0]);
         let feed_use = path.cells.get(cell).map_or(0.0, |c| {
             let counted = match c.limits.way {
-                Way::Parameter => 1.0,
-                Way::Tip => rate[0],
-                Way::Turn => rate[1],
+                WayMeasure::Parameter => 1.0,
+                WayMeasure::Tip => rate[0],
+                WayMeasure::Turn => rate[1],
             };
-            if c.limits.way == Way::Parameter && !c.exact {
+            if c.limits.way == WayMeasure::Parameter && !c.exact {
                 rate = [1.0; 2]; // between motion and turning
             }
             v * counted / c.limits.feed
         });
-        samples.push(Measured {
+        samples.push(PlanSample {
             time,
             state,
             rate,
@@ -387,7 +414,7 @@ fn measure_into(samples: &mut Vec<Measured>, path: &Path, frame: &Frame<'_>, clo
 }
 
 /// Slows down the cells of samples that pass a limit, and their neighbors, each by the highest excess.
-fn slow_cells(path: &mut Path, borders: &[f64], over: &[Over]) {
+fn slow_cells(path: &mut RunPath, borders: &[f64], over: &[Over]) {
     let last = path.cells.len() - 1;
     let mut highest = vec![[1.0_f64; 3]; path.cells.len()];
     for Over { s, ratios, .. } in over {

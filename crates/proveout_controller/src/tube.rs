@@ -45,8 +45,8 @@ use proveout_machine::{JointKind, JointValues};
 use crate::{
     limits::JointLimits,
     output::MoveKind,
-    path::{Frame, PathBlock, Tolerance},
-    shape::Shape,
+    path::{PathBlock, PathContext, Tolerance},
+    shape::BlockShape,
 };
 
 /// Gates that are kept, and how many before a gate a leg may begin: legs of many sizes, none longer than the row.
@@ -66,7 +66,7 @@ const MOST_PARTS: f64 = 1e4;
 
 /// What may happen between two gates.
 #[derive(Clone, Copy, Debug)]
-struct Between {
+struct GateInterval {
     /// Highest feed of the tip, mm/s, and of rotary joints while the tip is at rest, degree/s;
     /// infinite where none is programmed.
     tip: f64,
@@ -75,7 +75,7 @@ struct Between {
     feed: bool,
 }
 
-impl Between {
+impl GateInterval {
     const NOTHING: Self = Self { tip: 0.0, turn: 0.0, feed: false };
 
     fn of(block: &PathBlock) -> Self {
@@ -95,7 +95,7 @@ impl Between {
 
 /// A place that every motion passes.
 #[derive(Clone, Copy, Debug)]
-struct Gate {
+struct TubeGate {
     task: JointValues,
     q: JointValues,
     /// What tip, rotary joints and each joint may be off.
@@ -103,14 +103,14 @@ struct Gate {
     slack: JointValues,
     rest: bool,
     /// Since the gate before.
-    between: Between,
+    between: GateInterval,
     /// Bound of the time up to here since the first gate.
     best: f64,
 }
 
 /// The end of the last block, whose tolerance depends on the next one too.
 #[derive(Clone, Copy, Debug)]
-struct End {
+struct BlockEnd {
     task: JointValues,
     tolerance: Tolerance,
 }
@@ -120,10 +120,10 @@ struct End {
 pub(crate) struct Tube {
     /// Bound of all before the first gate of the row, and the row's last gates.
     done: f64,
-    gates: VecDeque<Gate>,
+    gates: VecDeque<TubeGate>,
     /// Since the last gate.
-    between: Between,
-    end: Option<End>,
+    between: GateInterval,
+    end: Option<BlockEnd>,
     /// How the row begins: none, at rest; otherwise in motion, with this tolerance.
     begin: Option<Tolerance>,
 }
@@ -136,7 +136,7 @@ fn wider(a: Tolerance, b: Tolerance) -> Tolerance {
 
 impl Default for Tube {
     fn default() -> Self {
-        Self { done: 0.0, gates: VecDeque::with_capacity(KEPT), between: Between::NOTHING, end: None, begin: None }
+        Self { done: 0.0, gates: VecDeque::with_capacity(KEPT), between: GateInterval::NOTHING, end: None, begin: None }
     }
 }
 
@@ -147,14 +147,14 @@ impl Tube {
     }
 
     /// The machine is at rest for a time, where the program makes it stop.
-    pub(crate) fn stand(&mut self, frame: &Frame<'_>, duration: f64) {
+    pub(crate) fn stand(&mut self, frame: &PathContext<'_>, duration: f64) {
         self.close(frame, None);
         self.done += duration;
     }
 
     /// The coordinates change their meaning after the last block; nothing makes the machine stop.
-    pub(crate) fn remap(&mut self, frame: &Frame<'_>) {
-        if let Some(End { tolerance, .. }) = self.end {
+    pub(crate) fn remap(&mut self, frame: &PathContext<'_>) {
+        if let Some(BlockEnd { tolerance, .. }) = self.end {
             self.close(frame, Some(tolerance));
             // Rotary joints mean the same; of the tip in the new coordinates nothing is known until the next gate.
             self.begin = Some(Tolerance { tip: f64::INFINITY, ..tolerance });
@@ -162,7 +162,7 @@ impl Tube {
     }
 
     /// The next block, programmed from where the one before ends.
-    pub(crate) fn block(&mut self, frame: &Frame<'_>, block: &PathBlock) {
+    pub(crate) fn block(&mut self, frame: &PathContext<'_>, block: &PathBlock) {
         let own = block.loose.unwrap_or(NONE);
         let mut loose = own;
         if let Some(end) = self.end.take() {
@@ -172,33 +172,33 @@ impl Tube {
             let start = block.shape.jet(0.0).0[0];
             self.put(frame, &start, self.begin.map_or((NONE, true), |before| (wider(own, before), false)));
         }
-        self.between = self.between.and(Between::of(block));
+        self.between = self.between.and(GateInterval::of(block));
         let n = parts(frame, block, loose.tip);
         for k in 1..n {
             let task = block.shape.jet(block.length * k as f64 / n as f64).0[0];
             self.pass(frame, &task, (loose, false));
             // What follows the gate is still within this block.
-            self.between = self.between.and(Between::of(block));
+            self.between = self.between.and(GateInterval::of(block));
         }
-        self.end = Some(End { task: block.shape.jet(block.length).0[0], tolerance: own });
+        self.end = Some(BlockEnd { task: block.shape.jet(block.length).0[0], tolerance: own });
         if block.stands {
             self.close(frame, None);
         }
     }
 
     /// Ends the row of gates at the end of the last block: at rest, or in motion with a tolerance.
-    fn close(&mut self, frame: &Frame<'_>, moving: Option<Tolerance>) {
+    fn close(&mut self, frame: &PathContext<'_>, moving: Option<Tolerance>) {
         if let Some(end) = self.end.take() {
             self.put(frame, &end.task, moving.map_or((NONE, true), |tolerance| (tolerance, false)));
         }
         self.done = self.bound_s();
         self.gates.clear();
-        self.between = Between::NOTHING;
+        self.between = GateInterval::NOTHING;
         self.begin = moving;
     }
 
     /// A gate, unless it is so near to the last one that its tolerance takes most of the way.
-    fn pass(&mut self, frame: &Frame<'_>, task: &JointValues, (loose, rest): (Tolerance, bool)) {
+    fn pass(&mut self, frame: &PathContext<'_>, task: &JointValues, (loose, rest): (Tolerance, bool)) {
         if let Some(last) = self.gates.back() {
             let way = *task - last.task;
             let near = |kind, tolerance: f64| size(frame, &way, kind) < APART * tolerance;
@@ -209,11 +209,11 @@ impl Tube {
         self.put(frame, task, (loose, rest));
     }
 
-    fn put(&mut self, frame: &Frame<'_>, task: &JointValues, (loose, rest): (Tolerance, bool)) {
-        let between = std::mem::replace(&mut self.between, Between::NOTHING);
+    fn put(&mut self, frame: &PathContext<'_>, task: &JointValues, (loose, rest): (Tolerance, bool)) {
+        let between = std::mem::replace(&mut self.between, GateInterval::NOTHING);
         let q = frame.kinematics.position(task);
-        let mut gate = Gate { task: *task, q, loose, slack: slack(frame, task, loose), rest, between, best: 0.0 };
-        let mut since = Between::NOTHING;
+        let mut gate = TubeGate { task: *task, q, loose, slack: slack(frame, task, loose), rest, between, best: 0.0 };
+        let mut since = GateInterval::NOTHING;
         for (back, from) in self.gates.iter().rev().enumerate() {
             let later = if back == 0 { between } else { self.gates[self.gates.len() - back].between };
             since = since.and(later);
@@ -229,13 +229,13 @@ impl Tube {
 }
 
 /// Euclidean size of the linear or the rotary part.
-fn size(frame: &Frame<'_>, way: &JointValues, kind: JointKind) -> f64 {
+fn size(frame: &PathContext<'_>, way: &JointValues, kind: JointKind) -> f64 {
     let joints = frame.kinematics.machine.joints.iter().enumerate().filter(|(_, j)| j.kind == kind);
     joints.map(|(i, _)| way[i] * way[i]).sum::<f64>().sqrt()
 }
 
 /// What each joint may be off where tip and rotary joints are within a tolerance; infinite where that is not known.
-fn slack(frame: &Frame<'_>, task: &JointValues, loose: Tolerance) -> JointValues {
+fn slack(frame: &PathContext<'_>, task: &JointValues, loose: Tolerance) -> JointValues {
     let mut slack = JointValues::ZERO;
     for (i, joint) in frame.kinematics.machine.joints.iter().enumerate() {
         slack[i] = if joint.kind == JointKind::Rotary { loose.angle } else { loose.tip };
@@ -252,26 +252,26 @@ fn slack(frame: &Frame<'_>, task: &JointValues, loose: Tolerance) -> JointValues
 
 /// Number of stretches between gates in a block: the ends alone say little about what turns on the
 /// way.
-fn parts(frame: &Frame<'_>, block: &PathBlock, tolerance: f64) -> usize {
-    let turn = |shape: &Shape| {
+fn parts(frame: &PathContext<'_>, block: &PathBlock, tolerance: f64) -> usize {
+    let turn = |shape: &BlockShape| {
         let way = shape.jet(block.length).0[0] - shape.jet(0.0).0[0];
         let most = size(frame, &way, JointKind::Rotary) / TURN;
         if frame.kinematics.is_tcp() { most } else { 0.0 }
     };
     let parts = match &block.shape {
-        Shape::Line { .. } => turn(&block.shape),
-        Shape::Arc(arc) => {
+        BlockShape::Line { .. } => turn(&block.shape),
+        BlockShape::Arc(arc) => {
             let best = (48.0 * tolerance / arc.radius.max(f64::MIN_POSITIVE)).cbrt();
             (arc.omega.abs() * block.length / best.clamp(ARC[0], ARC[1])).max(turn(&block.shape))
         }
-        Shape::Spline(_) | Shape::Bezier(_) => (IN_CURVE as f64).max(turn(&block.shape)),
-        Shape::Timed(_) => 1.0,
+        BlockShape::Spline(_) | BlockShape::Bezier(_) => (IN_CURVE as f64).max(turn(&block.shape)),
+        BlockShape::Timed(_) => 1.0,
     };
     parts.ceil().clamp(1.0, MOST_PARTS) as usize
 }
 
 /// Least time from one gate to another.
-fn leg(frame: &Frame<'_>, from: &Gate, to: &Gate, between: Between) -> f64 {
+fn leg(frame: &PathContext<'_>, from: &TubeGate, to: &TubeGate, between: GateInterval) -> f64 {
     let machine = frame.kinematics.machine;
     let limits: &JointLimits = frame.limits;
     let rests = [from.rest, to.rest];

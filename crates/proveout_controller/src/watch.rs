@@ -15,7 +15,7 @@
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-use crate::{limits::JointLimits, profile::PathState, stretch::Measured};
+use crate::{limits::JointLimits, profile::PathState, stretch::PlanSample};
 
 /// The number of set points needed before a law (the last of the grid) and after it (those at which
 /// the machine is at rest).
@@ -40,12 +40,12 @@ pub(crate) fn over_limits(
     limits: &JointLimits,
     [cycle, first]: [f64; 2],
     before: &[JointValues; REACH],
-    samples: &[Measured],
+    samples: &[PlanSample],
     stands: Option<&JointValues>,
     allowed: f64,
 ) -> Vec<Over> {
     let mut over = Vec::new();
-    let parts = Parts::new(limits);
+    let parts = LimitReciprocals::new(limits);
     let mut row = [before[0], before[0], before[1], before[2]];
     let after = if stands.is_some() { REACH } else { 0 };
     let last = samples.len().saturating_sub(1);
@@ -86,18 +86,18 @@ pub(crate) fn over_limits(
 }
 
 /// One over the limits of velocity, acceleration and jerk of the joints: samples are judged by the hundred thousand.
-pub(crate) struct Parts {
+pub(crate) struct LimitReciprocals {
     count: usize,
     per: [[f64; MAX_JOINTS]; 3],
 }
 
-impl Parts {
+impl LimitReciprocals {
     pub(crate) fn new(l: &JointLimits) -> Self {
         Self { count: l.count, per: [l.velocity, l.acceleration, l.jerk].map(|limits| limits.map(|x| 1.0 / x)) }
     }
 
     /// Highest parts of the limits of a state.
-    fn states(&self, m: &Measured) -> [f64; 3] {
+    fn states(&self, m: &PlanSample) -> [f64; 3] {
         let highest = |values: &JointValues, per: &[f64; MAX_JOINTS]| {
             (0..self.count).fold(0.0, |high: f64, i| high.max(values[i].abs() * per[i]))
         };
@@ -106,7 +106,7 @@ impl Parts {
     }
 
     /// Highest parts of the limits of mean acceleration and mean jerk between two samples.
-    fn over_a_cycle(&self, cycle: f64, a: &Measured, b: &Measured) -> [f64; 2] {
+    fn over_a_cycle(&self, cycle: f64, a: &PlanSample, b: &PlanSample) -> [f64; 2] {
         let per = 1.0 / cycle;
         let highest = |from: &JointValues, to: &JointValues, limit: &[f64; MAX_JOINTS]| {
             (0..self.count).fold(0.0, |high: f64, i| high.max((to[i] - from[i]).abs() * per * limit[i]))
@@ -146,10 +146,10 @@ const PROMISE: f64 = 1.001;
 /// The promised limit that a set point exceeds when it is emitted after three others, by its state
 /// or by a difference: joint, order (velocity, acceleration, jerk), value and limit.
 pub(crate) fn broken(
-    (limits, parts): (&JointLimits, &Parts),
+    (limits, parts): (&JointLimits, &LimitReciprocals),
     cycle: f64,
     before: &[JointValues; REACH],
-    m: &Measured,
+    m: &PlanSample,
 ) -> Option<(usize, usize, f64, f64)> {
     let row = [before[0], before[1], before[2], m.q];
     let highest = |ratios: [f64; 3]| ratios.iter().any(|r| *r > PROMISE);
@@ -175,7 +175,7 @@ mod tests {
     use super::*;
 
     /// Samples of x = t^3, whose third difference is 6 h^3 exactly, of a joint alone.
-    fn cubic(cycle: f64, n: usize, state_jerk: f64) -> Vec<Measured> {
+    fn cubic(cycle: f64, n: usize, state_jerk: f64) -> Vec<PlanSample> {
         (0..n)
             .map(|k| {
                 let t = k as f64 * cycle;
@@ -184,7 +184,7 @@ mod tests {
                     q[0] = x;
                     q
                 };
-                Measured {
+                PlanSample {
                     time: 5.0 + t,
                     state: PathState { s: t, v: 1.0, a: 0.0, j: 0.0 },
                     rate: [1.0, 0.0],
@@ -249,7 +249,8 @@ mod tests {
     fn what_breaks_the_promise_is_named() {
         let samples = cubic(0.01, 6, 6.0);
         let before = [samples[0].q, samples[1].q, samples[2].q];
-        let broken_at = |jerk: f64| broken((&limits(jerk), &Parts::new(&limits(jerk))), 0.01, &before, &samples[3]);
+        let broken_at =
+            |jerk: f64| broken((&limits(jerk), &LimitReciprocals::new(&limits(jerk))), 0.01, &before, &samples[3]);
         assert_eq!(broken_at(6.0), None);
         assert_eq!(broken_at(5.995), None, "within 0.1 percent");
         let (joint, order, value, limit) = broken_at(5.9).expect("jerk 6 of 5.9");

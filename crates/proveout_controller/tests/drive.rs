@@ -5,7 +5,7 @@
 use std::f64::consts::TAU;
 
 use crate::common::Random;
-use proveout_controller::servo::{DriveModel, DriveState, Reference};
+use proveout_controller::servo::{DriveModel, DriveState, SetPointRates};
 use proveout_machine::{Drive, ElasticMode, Encoder, VelocityGain};
 
 const MASS: f64 = 400.0;
@@ -35,9 +35,9 @@ fn model(drive: &Drive, cycle: f64) -> DriveModel {
 }
 
 /// The cubic over a cycle between two places with velocities.
-fn cubic(h: f64, x: [f64; 2], v: [f64; 2]) -> Reference {
+fn cubic(h: f64, x: [f64; 2], v: [f64; 2]) -> SetPointRates {
     let way = x[1] - x[0];
-    Reference {
+    SetPointRates {
         velocity: v[0],
         acceleration: 6.0 * way / (h * h) - (4.0 * v[0] + 2.0 * v[1]) / h,
         jerk: 6.0 * (v[0] + v[1]) / (h * h) - 12.0 * way / (h * h * h),
@@ -77,7 +77,7 @@ fn a_step_is_answered_as_a_second_order_system() {
         s.jump(1.0);
         let mut highest = 0.0_f64;
         for n in 1..=(0.2 / cycle) as usize {
-            m.cycle(&mut s, Reference::default(), 0.0);
+            m.cycle(&mut s, SetPointRates::default(), 0.0);
             let t = n as f64 * cycle;
             let left = (-zeta * w * t).exp() * ((wd * t).cos() + zeta / (1.0 - zeta * zeta).sqrt() * (wd * t).sin());
             // The maps are exact: what is left is the rounding of some thousand products.
@@ -397,7 +397,7 @@ fn a_saturated_drive_gives_its_force_and_no_more_and_comes_back() {
     let a = 2000.0 * 1e3 / MASS;
     let (mut force, mut lowest) = (0.0_f64, f64::INFINITY);
     for n in 1..=2000 {
-        m.cycle(&mut s, Reference::default(), 0.0);
+        m.cycle(&mut s, SetPointRates::default(), 0.0);
         let t = n as f64 * 1e-3;
         if t <= 0.1 {
             // Full force from rest: 100 mm - a t²/2, until the position loop asks for less.
@@ -424,7 +424,7 @@ fn what_sticks_stands_still_and_holds_weight() {
         let m = model(&d, 2e-3);
         let mut s = m.rest(0.0);
         for _ in 0..500 {
-            m.cycle(&mut s, Reference::default(), -650.0); // below the static friction: not even a creep
+            m.cycle(&mut s, SetPointRates::default(), -650.0); // below the static friction: not even a creep
             assert_eq!(s.velocity(), 0.0);
         }
         // The force turns up within the step: standing is exact at its ends, and what it moves within one is of the
@@ -434,12 +434,12 @@ fn what_sticks_stands_still_and_holds_weight() {
     // Weight from the start is carried by the integral part, and by a sag without one.
     let m = model(&drive(), 2e-3);
     let mut s = m.rest(-900.0);
-    m.cycle(&mut s, Reference::default(), -900.0);
+    m.cycle(&mut s, SetPointRates::default(), -900.0);
     assert!(s.error().abs() < 1e-12 && (m.force(&s) - 900.0).abs() < 1e-6);
     let soft = Drive { integral_time: None, ..drive() };
     let m = model(&soft, 2e-3);
     let mut s = m.rest(-900.0);
-    m.cycle(&mut s, Reference::default(), -900.0);
+    m.cycle(&mut s, SetPointRates::default(), -900.0);
     let sag = 900.0 * 1e3 / MASS / (TAU * 40.0 * 50.0);
     assert!((s.error() - sag).abs() < 1e-12, "{} {sag}", s.error());
 }
@@ -503,7 +503,7 @@ fn stability_is_that_of_the_continuous_loop_at_any_cycle() {
         s.jump(1.0);
         let (mut worst, cycles) = (0.0_f64, (2.0 / cycle) as usize);
         for _ in 0..cycles.min(20_000) {
-            m.cycle(&mut s, Reference::default(), 0.0);
+            m.cycle(&mut s, SetPointRates::default(), 0.0);
             assert!(s.is_finite());
             worst = worst.max(s.error().abs());
         }
@@ -535,7 +535,7 @@ fn elastic_loops_that_are_taken_come_to_rest_at_any_cycle() {
         s.jump(1.0);
         let mut worst = 0.0_f64;
         for _ in 0..(4.0 / cycle) as usize {
-            m.cycle(&mut s, Reference::default(), 0.0);
+            m.cycle(&mut s, SetPointRates::default(), 0.0);
             worst = worst.max(s.error().abs());
         }
         assert!(worst < 20.0 && s.error().abs() < worst * 0.9 + 1e-6, "{worst} {} {d:?}", s.error());

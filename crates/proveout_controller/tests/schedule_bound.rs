@@ -62,7 +62,7 @@ fn outcome(seed: u64) -> Outcome {
     let string = taut_string(
         [0.0, middle[0]],
         &(1..n)
-            .map(|i| proveout_toolpath::reschedule::Gate { s: i as f64, low: gates[i][0], high: gates[i][1] })
+            .map(|i| proveout_toolpath::reschedule::TautGate { s: i as f64, low: gates[i][0], high: gates[i][1] })
             .collect::<Vec<_>>(),
         [n as f64, middle[n]],
     )

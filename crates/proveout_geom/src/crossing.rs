@@ -38,7 +38,7 @@ pub struct Crossing {
     pub at: Point,
 }
 
-pub(crate) struct Tree {
+pub(crate) struct TriangleBoxes {
     /// Box of each node; the children of node k are 2 k + 1 and 2 k + 2.
     nodes: Vec<Aabb>,
     order: Vec<u32>,
@@ -51,7 +51,7 @@ impl TriMesh {
         let lattice = |p: &Point| [p.x, p.y, p.z].map(|x| (x / LATTICE).round() as i64);
         let places: Vec<Place> = self.positions.iter().map(lattice).collect();
         let boxes: Vec<Aabb> = (0..self.triangles.len()).map(|t| Aabb::of_points(&self.corners(t))).collect();
-        let tree = Tree::new(&boxes);
+        let tree = TriangleBoxes::new(&boxes);
         (0..self.triangles.len()).find_map(|t| {
             let mut found = None;
             tree.meeting(&boxes[t], |other| {
@@ -104,7 +104,7 @@ fn volume(a: &Place, b: &Place, c: &Place, d: &Place) -> i128 {
     u[0] * (v[1] * w[2] - v[2] * w[1]) + u[1] * (v[2] * w[0] - v[0] * w[2]) + u[2] * (v[0] * w[1] - v[1] * w[0])
 }
 
-impl Tree {
+impl TriangleBoxes {
     pub(crate) fn new(boxes: &[Aabb]) -> Self {
         let mut order: Vec<u32> = (0..boxes.len() as u32).collect();
         let leaves = boxes.len().div_ceil(LEAF).max(1).next_power_of_two();

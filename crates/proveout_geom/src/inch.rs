@@ -45,7 +45,7 @@ pub fn in_millimeters<'a>(file: &Path, text: &'a str) -> Result<Cow<'a, str>, In
     // The reader reports text that is not TOML.
     let Ok(tree) = DeTable::parse(text) else { return Ok(Cow::Borrowed(text)) };
     let inch = tree.get_ref().get("unit").and_then(|u| u.get_ref().as_str()) == Some("inch");
-    let mut walk = Walk { file, text, inch, changes: Vec::new() };
+    let mut walk = InchWalk { file, text, inch, changes: Vec::new() };
     walk.table(tree.get_ref())?;
     if walk.changes.is_empty() {
         return Ok(Cow::Borrowed(text));
@@ -62,14 +62,14 @@ pub fn in_millimeters<'a>(file: &Path, text: &'a str) -> Result<Cow<'a, str>, In
     Ok(Cow::Owned(out))
 }
 
-struct Walk<'a> {
+struct InchWalk<'a> {
     file: &'a Path,
     text: &'a str,
     inch: bool,
     changes: Vec<(Range<usize>, String)>,
 }
 
-impl Walk<'_> {
+impl InchWalk<'_> {
     fn table(&mut self, table: &DeTable<'_>) -> Result<(), InputError> {
         for (key, value) in table {
             let name = key.get_ref().as_ref();

@@ -12,7 +12,7 @@
 
 use crate::{
     Aabb, Point, TriMesh,
-    crossing::{CLEAR, Tree},
+    crossing::{CLEAR, TriangleBoxes},
 };
 
 /// Cosine of the angle between normals from which two faces do not look to the same side.
@@ -36,7 +36,7 @@ impl TriMesh {
     pub fn first_overlap(&self) -> Option<Overlap> {
         let boxes: Vec<Aabb> =
             (0..self.triangles.len()).map(|t| Aabb::of_points(&self.corners(t)).expanded(CLEAR)).collect();
-        let tree = Tree::new(&boxes);
+        let tree = TriangleBoxes::new(&boxes);
         (0..self.triangles.len()).find_map(|first| {
             let mut found: Option<usize> = None;
             tree.meeting(&boxes[first], |other| {

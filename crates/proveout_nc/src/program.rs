@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use crate::codes;
-use crate::compensation::{Compensated, may_compensate};
+use crate::compensation::{CompensatedReader, may_compensate};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::dialect::{self, detect};
 use crate::not_run::NotRun;
@@ -39,7 +39,7 @@ impl<T: Iterator<Item = Result<Command, Diagnostic>>> CommandSource for T {}
 /// ```
 #[derive(Debug)]
 pub struct Program {
-    commands: Compensated,
+    commands: CompensatedReader,
     dialect: Dialect,
     /// Notes that wait to be handed out: on lines around the program that the control file names,
     /// before its commands, and on single commands.
@@ -105,7 +105,7 @@ impl Program {
         let reader = dialect::open(dialect, source, folder, settings)?;
         let stops = StopWatch::new(settings.optional_stop);
         Ok(Self {
-            commands: Compensated::new(reader, dialect, compensates, settings),
+            commands: CompensatedReader::new(reader, dialect, compensates, settings),
             dialect,
             notes,
             stops,

@@ -36,7 +36,7 @@ use proveout_geom::{Aabb, Point, TriMesh, Vector};
 use rayon::prelude::*;
 
 use crate::{
-    DesignMesh, DesignSurface, Nearest,
+    DesignMesh, DesignSurface, NearestOnDesign,
     topography::{SweepItem, SweptBodies},
     worst_place::Worst,
 };
@@ -151,7 +151,7 @@ struct Aspect {
 struct Middle<'a> {
     tree: &'a DesignMesh,
     point: Point,
-    nearest: OnceCell<Option<Nearest>>,
+    nearest: OnceCell<Option<NearestOnDesign>>,
 }
 
 impl<'a> Middle<'a> {
@@ -159,7 +159,7 @@ impl<'a> Middle<'a> {
         Self { tree, point: bounds.center(), nearest: OnceCell::new() }
     }
 
-    fn nearest(&self) -> Option<&Nearest> {
+    fn nearest(&self) -> Option<&NearestOnDesign> {
         self.nearest.get_or_init(|| self.tree.nearest(&self.point, f64::INFINITY)).as_ref()
     }
 

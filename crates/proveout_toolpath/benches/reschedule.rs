@@ -9,8 +9,8 @@ use proveout_machine::Machine;
 use proveout_tool::Cutter;
 use proveout_toolpath::HelicalPass;
 use proveout_toolpath::reschedule::{
-    AxisTurn, Contact, ContactSurface, CuttingBlock, CuttingRun, FeasibleRegion, Method, Quaternion, STheta, Smooth,
-    SmoothRows, Surroundings,
+    AxisTurn, ContactPoint, ContactSurface, CuttingBlock, CuttingRun, FeasibleRegion, Method, Quaternion, STheta,
+    Smooth, SmoothRows, Surroundings,
 };
 
 fn run(blocks: usize) -> Option<CuttingRun> {
@@ -61,9 +61,9 @@ impl FeasibleRegion for Open {
 }
 
 impl ContactSurface for Open {
-    fn contact(&self, near: &Point) -> Option<Contact> {
+    fn contact(&self, near: &Point) -> Option<ContactPoint> {
         let point = Point::new(near.x, near.y, 0.0);
-        Some(Contact { point, normal: Vector::z(), curvatures: [(0.0, Vector::x()), (0.0, Vector::y())] })
+        Some(ContactPoint { point, normal: Vector::z(), curvatures: [(0.0, Vector::x()), (0.0, Vector::y())] })
     }
 }
 

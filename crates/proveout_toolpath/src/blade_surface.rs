@@ -5,7 +5,7 @@ use std::sync::Arc;
 use proveout_geom::blade::{Blade, CamberSide, Local, ParametricSurface};
 use proveout_geom::{Point, Pose};
 
-use crate::reschedule::{Contact, ContactSurface};
+use crate::reschedule::{ContactPoint, ContactSurface};
 
 /// A point beyond a rim of the surface is one whose way to the nearest point of the rim leans out from it by more than this, mm.
 const BEYOND_MM: f64 = 1e-6;
@@ -33,9 +33,9 @@ impl BladeSurface {
 
 impl BladeSurface {
     /// The contact at parameters of the surface.
-    fn at(&self, at: &Local) -> Contact {
+    fn at(&self, at: &Local) -> ContactPoint {
         let curvatures = at.principal().map(|(k, direction)| (k, self.run_from_blade.vector(&direction)));
-        Contact {
+        ContactPoint {
             point: self.run_from_blade.point(&at.point),
             normal: self.run_from_blade.vector(&at.normal),
             curvatures,
@@ -50,7 +50,7 @@ impl BladeSurface {
 }
 
 impl ContactSurface for BladeSurface {
-    fn contact(&self, near: &Point) -> Option<Contact> {
+    fn contact(&self, near: &Point) -> Option<ContactPoint> {
         let (p, [u, v]) = self.foot(near)?;
         let at = self.surface.local(u, v);
         let domain = self.surface.domain();
@@ -65,7 +65,7 @@ impl ContactSurface for BladeSurface {
         Some(self.at(&at))
     }
 
-    fn nearest(&self, near: &Point) -> Option<Contact> {
+    fn nearest(&self, near: &Point) -> Option<ContactPoint> {
         let (_, [u, v]) = self.foot(near)?;
         Some(self.at(&self.surface.local(u, v)))
     }

@@ -10,9 +10,9 @@ use proveout_geom::{Point, Pose, ToolPose, Vector};
 use proveout_machine::Machine;
 use proveout_tool::{Cutter, Profile};
 use proveout_toolpath::BladeSurface;
-use proveout_toolpath::path::{PathCutter, Place};
+use proveout_toolpath::path::{PathCutter, PathPoint};
 use proveout_toolpath::reschedule::{
-    BullNose, Contact, ContactFrame, ContactSurface, CrossSection, CuttingBlock, CuttingRun, Measurement, Method,
+    BullNose, ContactFrame, ContactPoint, ContactSurface, CrossSection, CuttingBlock, CuttingRun, Measurement, Method,
     MultiScale, RescheduleError, Rescheduled, Surroundings, critical, curve_value, fitted_curves, leaned,
     mean_deviation, mean_line,
 };
@@ -118,9 +118,9 @@ fn golden_curves_and_the_printed_system() {
 struct Plane;
 
 impl ContactSurface for Plane {
-    fn contact(&self, near: &Point) -> Option<Contact> {
+    fn contact(&self, near: &Point) -> Option<ContactPoint> {
         let curvatures = [(0.0, Vector::x()), (0.0, Vector::y())];
-        Some(Contact { point: Point::new(near.x, near.y, 0.0), normal: Vector::z(), curvatures })
+        Some(ContactPoint { point: Point::new(near.x, near.y, 0.0), normal: Vector::z(), curvatures })
     }
 }
 
@@ -190,14 +190,14 @@ fn bull_nose() -> Profile {
 }
 
 /// The stand-in at a place, with the feed along x.
-fn place(surface: &BladeSurface, x: f64, y: f64) -> Place {
+fn place(surface: &BladeSurface, x: f64, y: f64) -> PathPoint {
     let (sin, cos) = (std::f64::consts::TAU * x / 60.0).sin_cos();
     let off = (y - 20.0) * (y - 20.0) / 2.0;
     let z = (0.004 + 0.016 * x / 60.0) * off + 0.8 * sin;
     let contact = surface.contact(&Point::new(x, y, z)).unwrap();
     let feed = Vector::new(1.0, 0.0, 0.8 * std::f64::consts::TAU / 60.0 * cos + 0.016 / 60.0 * off);
     let frame = ContactFrame::new(contact.point, contact.normal, feed).unwrap();
-    Place {
+    PathPoint {
         t: 0.0,
         uv: [0.0; 2],
         point: frame.point,

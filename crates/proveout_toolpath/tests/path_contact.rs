@@ -7,7 +7,7 @@ use proveout_geom::blade::{ClosedSurface, Domain, Local, Lu, ParametricSurface, 
 use proveout_geom::{Point, Vector};
 use proveout_tool::{Apt, Cutter};
 use proveout_toolpath::path::{
-    AxisRule, Line, ParameterCurve, PathCutter, PathError, Place, Sampler, StepRule, envelope_across,
+    AxisRule, Line, ParameterCurve, PathCutter, PathError, PathPoint, Sampler, StepRule, envelope_across,
 };
 
 /// A torus about z with the hole's radius `big`, u round the tube, v round the axis.
@@ -71,7 +71,7 @@ fn wheels_stand_where_the_golden_numbers_say() {
         let wheel = cutter(&Cutter::drum_wheel(v[0], v[1], 0.0, 2.0 * v[1]).unwrap(), 2.0 * v[1]);
         let normal = Vector::new(v[5], v[6], v[7]);
         let feed = normal.cross(&Vector::new(0.3, 0.5, -0.8)).normalize();
-        let place = Place {
+        let place = PathPoint {
             t: 0.0,
             uv: [0.0; 2],
             point: Point::new(v[2], v[3], v[4]),
@@ -103,7 +103,7 @@ fn cutters_touch_and_do_not_cross_the_tangent_plane() {
         for round in 0..300 {
             let from = [5.0 * random() - 2.5, 3.0 * random()];
             let curve = ParameterCurve::straight(from, [from[0] + random() - 0.5, from[1] + random()]).unwrap();
-            let place = Place::on(&torus, &curve, random());
+            let place = PathPoint::on(&torus, &curve, random());
             // Corners of the generator: along the normal, and at right angles to it.
             let lean = match round % 10 {
                 0 => 0.0,
@@ -176,7 +176,7 @@ fn the_chord_error_holds_between_all_contacts() {
                         let mut here = 0.0_f64;
                         for k in 1..64 {
                             let t = pair[0].place.t + (pair[1].place.t - pair[0].place.t) * f64::from(k) / 64.0;
-                            let place = Place::on(surface, &line.curve, t);
+                            let place = PathPoint::on(surface, &line.curve, t);
                             let way = place.point - pair[0].place.point;
                             let part = way.dot(&chord) / chord.norm_squared();
                             let pose = pair[0].touch.pose.interpolated(&pair[1].touch.pose, part);
@@ -206,9 +206,9 @@ fn the_envelope_across_the_feed_is_that_of_the_moving_cutter() {
             [AxisRule::LeadTilt { lead: 0.3, tilt: 0.2 }, AxisRule::InclinationTilt { inclination: 0.5, tilt: 0.8 }]
         {
             let line = Line::new("test".into(), curve.clone());
-            let at = Place::on(&torus, &curve, 0.5);
+            let at = PathPoint::on(&torus, &curve, 0.5);
             let pose = |t: f64| {
-                let place = Place::on(&torus, &line.curve, t);
+                let place = PathPoint::on(&torus, &line.curve, t);
                 cutter.touch(&place, &rule.axis(&place, t).unwrap(), 0.0, None)
             };
             let here = pose(0.5);

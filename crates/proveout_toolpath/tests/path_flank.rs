@@ -10,7 +10,7 @@ use proveout_geom::blade::{
 use proveout_geom::{Point, Vector, rad};
 use proveout_tool::{Apt, Cutter};
 use proveout_toolpath::path::{
-    AxisRule, Flank, LineContacts, ParameterCurve, PathCutter, PathError, Place, Rulings, StepRule, Task,
+    AxisRule, Flank, LineContacts, ParameterCurve, PathCutter, PathError, PathPoint, Rulings, StepRule, Task,
 };
 
 fn cutter(cutter: &Cutter, flutes: f64) -> PathCutter {
@@ -180,7 +180,7 @@ impl ParametricSurface for Face {
 /// Every rule on a face with n = z, f = x, k = y: axes and tips as their definitions have them, written out.
 #[test]
 fn axes_and_tips_on_a_face() {
-    let place = Place::on(&Face, &ParameterCurve::straight([2.0, 3.0], [8.0, 3.0]).unwrap(), 0.5);
+    let place = PathPoint::on(&Face, &ParameterCurve::straight([2.0, 3.0], [8.0, 3.0]).unwrap(), 0.5);
     let v = |x: f64, y: f64, z: f64| Vector::new(x, y, z);
     let (l, t) = (0.3_f64, 0.2_f64);
     let (h, w) = (0.4_f64, 0.5_f64);
@@ -214,7 +214,7 @@ fn axes_and_tips_on_a_face() {
     // A travel along the table that leans to either side of it, or goes back, has one axis.
     let head = AxisRule::FixedHead { table: Vector::x(), head: 0.0, lead: w };
     for to in [[8.0, 3.1], [8.0, 2.9], [-8.0, 3.1], [-8.0, 2.9]] {
-        let place = Place::on(&Face, &ParameterCurve::straight([2.0, 3.0], to).unwrap(), 0.5);
+        let place = PathPoint::on(&Face, &ParameterCurve::straight([2.0, 3.0], to).unwrap(), 0.5);
         assert!((head.axis(&place, 0.5).unwrap() - v(0.0, -w.sin(), w.cos())).norm() < 1e-14);
     }
     assert_eq!(AxisRule::FixedHead { table: Vector::z(), head: 0.0, lead: 0.0 }.axis(&place, 0.5), None);

@@ -9,7 +9,7 @@ use proveout_geom::{ToolPose, Vector};
 use proveout_tool::{Cutter, Profile};
 use proveout_toolpath::HelicalPass;
 use proveout_toolpath::reschedule::{
-    Channel, Corner, CornerRule, CuttingBlock, CuttingRun, Layer, Method, Quaternion, STheta, SectionPath,
+    BezierCorner, BlockLayer, Channel, CornerRule, CuttingBlock, CuttingRun, Method, Quaternion, STheta, SectionPath,
     Surroundings, ThetaUnit, exact_limits,
 };
 
@@ -23,8 +23,8 @@ fn golden_corners() {
         let values: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
         let get = |name: &str| values[header.iter().position(|h| *h == name).unwrap()];
         let p = [[get("S1"), get("th1")], [get("S2"), get("th2")], [get("S3"), get("th3")]];
-        let corner = Corner::new(p, get("eps").abs(), CornerRule::Bisector).unwrap();
-        let bounds = Corner::eps_bounds(p, CornerRule::Bisector);
+        let corner = BezierCorner::new(p, get("eps").abs(), CornerRule::Bisector).unwrap();
+        let bounds = BezierCorner::eps_bounds(p, CornerRule::Bisector);
         let peaks = corner.curvature_peaks();
         let pairs = [
             (corner.eps, "eps"),
@@ -262,7 +262,7 @@ fn random_channel(seed: u64) -> (SectionPath, Channel) {
     let path = SectionPath {
         centers: vec![proveout_geom::Point::origin(); n],
         period: arc[n - 1],
-        layers: vec![Layer { first: 0, last: n - 1, starts_at_base: true, ends_at_base: true }],
+        layers: vec![BlockLayer { first: 0, last: n - 1, starts_at_base: true, ends_at_base: true }],
         incoming: vec![0.0; n],
         outgoing: vec![0.0; n],
         axis_angle: vec![0.0; n],

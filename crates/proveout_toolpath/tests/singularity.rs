@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proveout_geom::{Point, Vector};
 use proveout_tool::Cutter;
-use proveout_toolpath::path::{PathCutter, Place};
+use proveout_toolpath::path::{PathCutter, PathPoint};
 use proveout_toolpath::reschedule::{Junction, PoleAngles, Singularity, between, fitted, pole_angles};
 
 fn rows(text: &str) -> Vec<Vec<f64>> {
@@ -122,7 +122,7 @@ fn stand_in() -> StandIn {
 
 fn tip(cutter: &PathCutter, (point, normal): &(Point, Vector), axis: &Vector) -> Point {
     let feed = normal.cross(&Vector::z());
-    let place = Place {
+    let place = PathPoint {
         t: 0.0,
         uv: [0.0; 2],
         point: *point,

@@ -11,8 +11,9 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::{Cutter, Profile};
 use proveout_toolpath::HelicalPass;
 use proveout_toolpath::reschedule::{
-    AxisTurn, Channel, ChannelKind, CuttingBlock, CuttingRun, FeasibleRegion, Gate, JointGates, Layer, Method, STheta,
-    Schedules, SectionPath, Smooth, SmoothPlan, Surroundings, SwingLimits, TimeLaw, TurnLimits, free_taut_string,
+    AxisTurn, BlockLayer, Channel, ChannelKind, CuttingBlock, CuttingRun, FeasibleRegion, JointGates, Method, STheta,
+    Schedules, SectionPath, Smooth, SmoothPlan, Surroundings, SwingLimits, TautGate, TimeLaw, TurnLimits,
+    free_taut_string,
 };
 
 const FEED: f64 = 1000.0 / 60.0;
@@ -141,7 +142,7 @@ fn random_channel(seed: u64, rising: bool) -> (SectionPath, Channel, Vec<f64>) {
     let path = SectionPath {
         centers: vec![Point::origin(); n],
         period: n as f64,
-        layers: vec![Layer { first: 0, last: n - 1, starts_at_base: true, ends_at_base: true }],
+        layers: vec![BlockLayer { first: 0, last: n - 1, starts_at_base: true, ends_at_base: true }],
         incoming: vec![0.0; n],
         outgoing: vec![0.0; n],
         axis_angle: vec![0.0; n],
@@ -219,7 +220,7 @@ fn the_string_with_free_ends_has_the_least_of_every_convex_sum() {
         let mut s = 0.0;
         let mut gates = Vec::new();
         for i in 0..channel.lower.len() {
-            gates.push(Gate { s, low: channel.lower[i], high: channel.upper[i] });
+            gates.push(TautGate { s, low: channel.lower[i], high: channel.upper[i] });
             s += least.get(i).copied().unwrap_or(0.0);
         }
         let string = free_taut_string(&gates).unwrap();

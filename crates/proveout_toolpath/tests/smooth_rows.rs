@@ -11,7 +11,7 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
 use proveout_tool::{Cutter, Profile};
 use proveout_toolpath::reschedule::{
-    AxisTurn, Contact, ContactSurface, CuttingBlock, CuttingRun, FeasibleRegion, Method, Rescheduled, RowEnds,
+    AxisTurn, ContactPoint, ContactSurface, CuttingBlock, CuttingRun, FeasibleRegion, Method, Rescheduled, RowEnds,
     SmoothRows, Surroundings, TimeLaw,
 };
 
@@ -29,9 +29,9 @@ fn ball() -> Profile {
 struct Flat;
 
 impl ContactSurface for Flat {
-    fn contact(&self, near: &Point) -> Option<Contact> {
+    fn contact(&self, near: &Point) -> Option<ContactPoint> {
         let point = Point::new(near.x, near.y, 0.0);
-        Some(Contact { point, normal: Vector::z(), curvatures: [(0.0, Vector::x()), (0.0, Vector::y())] })
+        Some(ContactPoint { point, normal: Vector::z(), curvatures: [(0.0, Vector::x()), (0.0, Vector::y())] })
     }
 }
 

@@ -12,7 +12,7 @@
 #[path = "../src/reschedule/certificate/random_schedules.rs"]
 mod random_schedules;
 
-use proveout_toolpath::reschedule::{Gate, JointGates, Schedules, SwingLimits, free_taut_string};
+use proveout_toolpath::reschedule::{JointGates, Schedules, SwingLimits, TautGate, free_taut_string};
 use random_schedules::{Random, random_schedules};
 
 /// What is below this is rounding, in units of costs and limits of about one.
@@ -103,8 +103,8 @@ fn the_taut_string_takes_just_what_the_linear_program_takes() {
             time += t;
             time
         }));
-        let placed: Vec<Gate> =
-            row.iter().zip(&times).map(|([low, high], s)| Gate { s: *s, low: *low, high: *high }).collect();
+        let placed: Vec<TautGate> =
+            row.iter().zip(&times).map(|([low, high], s)| TautGate { s: *s, low: *low, high: *high }).collect();
         let string = free_taut_string(&placed).expect("gates that are open");
         let at = |s: f64| {
             let k = string.partition_point(|p| p[0] < s).clamp(1, string.len() - 1);

@@ -11,7 +11,7 @@ use proveout_geom::ToolPose;
 use proveout_machine::{JointValues, Machine};
 use proveout_toolpath::reschedule::{JointGates, SwingLimits};
 
-use crate::rig::Rig;
+use crate::rtcp::Rig;
 
 /// How near the fourth angle must be to the law of the other three, mm.
 const LAW: f64 = 1e-6;

@@ -25,7 +25,7 @@ use proveout_toolpath::reschedule::{JointGates, Rescheduled, Schedules, SwingLim
 
 use linear::{AtGate, linear_gates};
 
-use crate::{Settings, program_runs::Found};
+use crate::{Settings, program_runs::RunBlocks};
 
 /// By how much a joint may be off what the angles of a method say, radian: rounding of sums.
 const ROUNDED: f64 = 1e-6;
@@ -58,8 +58,8 @@ pub struct Alternatives {
 }
 
 /// What a run is given to the control with.
-pub(crate) struct Run<'a> {
-    pub(crate) found: &'a Found,
+pub(crate) struct ScheduleRun<'a> {
+    pub(crate) found: &'a RunBlocks,
     /// What the control may leave tip (mm) and rotary joints (radian) by.
     pub(crate) rounding: [f64; 2],
     /// Radius of the ball, zero for other cutters, and gauge length of the tool where it is known, mm.
@@ -70,11 +70,11 @@ pub(crate) struct Run<'a> {
 impl Alternatives {
     pub(crate) fn new(
         machine: &Machine,
-        run: &Run<'_>,
+        run: &ScheduleRun<'_>,
         result: &Rescheduled,
         joints: &[JointValues],
     ) -> Result<Self, &'static str> {
-        let Run { found, rounding: [tip_rounding, rounding], .. } = *run;
+        let ScheduleRun { found, rounding: [tip_rounding, rounding], .. } = *run;
         let stretch = result.stretch.clone();
         let (Some(blocks), Some(after)) = (found.blocks.get(stretch.clone()), joints.get(stretch)) else {
             return Err("the stretch is not in the run");
@@ -155,7 +155,7 @@ impl Alternatives {
 }
 
 /// Joint positions of the program before, from a block on to the end.
-fn positions(machine: &Machine, found: &Found, from: usize) -> Option<Vec<JointValues>> {
+fn positions(machine: &Machine, found: &RunBlocks, from: usize) -> Option<Vec<JointValues>> {
     let mut q = machine.home();
     let mut all = Vec::with_capacity(found.blocks.len());
     for block in &found.blocks {
@@ -196,7 +196,7 @@ fn turned(sense: f64, channel: &TurnChannel, joint: &[f64]) -> Result<Vec<[f64; 
 
 /// The most by which the control may leave the tip (mm) and the rotary positions (radian) of a run;
 /// `tip` applies where the program sets no tolerance.
-pub(crate) fn rounding(machine: &Machine, tip: Option<f64>, commands: &[Command], found: &Found) -> [f64; 2] {
+pub(crate) fn rounding(machine: &Machine, tip: Option<f64>, commands: &[Command], found: &RunBlocks) -> [f64; 2] {
     let (Some(first), Some(last)) = (found.blocks.first(), found.blocks.last()) else { return [0.0; 2] };
     let own = |mode: &PathMode| match mode {
         PathMode::ExactStop => [0.0; 2],

@@ -6,11 +6,11 @@
 use proveout_machine::MAX_JOINTS;
 use proveout_nc::{Command, Location};
 
-use super::{Begin, Controller, coupled::Pace};
+use super::{Begin, Controller, pace::Pace};
 use crate::{
     motion::BlockPath,
     output::{BlockKind, Event},
-    path::Path,
+    path::RunPath,
     stretch::MOST_SAMPLES,
     tube::Tube,
 };
@@ -65,7 +65,7 @@ where
         let frame = self.device.frame(self.mapping);
         let rest = frame.kinematics.position(&self.path.rounded(self.path.s_begin, &mut 0).0[0]);
         self.state.position.q = rest;
-        self.path = Path::starting_with(number);
+        self.path = RunPath::starting_with(number);
         self.begin = Begin::default();
         // Gates of what is not run bind nothing.
         self.out.meter.tube = Tube::default();

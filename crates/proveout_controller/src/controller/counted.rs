@@ -3,7 +3,7 @@
 use proveout_nc::{AXIS_LETTERS, Command, FeedCounts};
 
 use super::Controller;
-use crate::{mapping::Mapping, motion::BlockPath, shape::Shape};
+use crate::{mapping::Mapping, motion::BlockPath, shape::BlockShape};
 
 /// Radii nearer than this to that of one degree a millimeter are the same, mm.
 const SAME_MM: f64 = 1e-6;
@@ -25,7 +25,7 @@ where
             let joint = self.device.machine.joint_for_letter(AXIS_LETTERS[axis]);
             joint.map_or(0.0, |joint| path.end[joint] - self.state.position.q[joint])
         };
-        let straight = path.parts.iter().all(|part| matches!(part.shape, Shape::Line { .. }));
+        let straight = path.parts.iter().all(|part| matches!(part.shape, BlockShape::Line { .. }));
         let linear = if straight && counts.linear != [1.0; 3] {
             (0..3).map(|axis| (counts.linear[axis] * way(axis)).powi(2)).sum::<f64>()
         } else if path.tip_moves {

@@ -7,14 +7,14 @@ use proveout_nc::Command;
 
 use super::{Begin, Controller, bounds::WINDOW_SAMPLES, scope};
 use crate::{
-    emit::{Awaited, Waiting},
+    emit::{PendingEntry, QueuedEntry},
+    jerk_ramp::{Rates, peak_speed},
     output::{BlockKind, BlockRecord, MoveKind},
-    path::{Frame, Path, PathBlock},
+    path::{PathBlock, PathContext, RunPath},
     profile::Law,
-    retime::Entry,
-    scurve::{Rates, peak_speed},
-    shape::{Shape, Timed},
-    stretch::{self, Outcome, Stretch},
+    retime::LawEntry,
+    shape::{BlockShape, DogLeg},
+    stretch::{self, Outcome, PlanStretch},
 };
 
 /// A rotary joint that moves no farther than this counts as at rest, radian: rounding of the
@@ -29,7 +29,7 @@ const BESIDE: f64 = 1e-6;
 
 /// Whether each axis of the work coordinates moves one linear joint and no other. With the rotary
 /// joints at rest the joints are linear in the tip, so a move of 1 mm decides it.
-fn axes_are_joints(frame: &Frame<'_>, task: &JointValues, rotation: [[f64; 3]; 3]) -> bool {
+fn axes_are_joints(frame: &PathContext<'_>, task: &JointValues, rotation: [[f64; 3]; 3]) -> bool {
     let Some(rig) = frame.kinematics.rig else { return true };
     let here = frame.kinematics.position(task);
     (0..3).all(|axis| {
@@ -86,7 +86,7 @@ where
             } else {
                 let before = self.path.first_block + self.path.blocks.len() as u64;
                 let record = record_of(&block);
-                self.out.waiting.push_back(Waiting { before, what: Awaited::Record(Box::new(record)) });
+                self.out.waiting.push_back(QueuedEntry { before, what: PendingEntry::Record(Box::new(record)) });
             }
             return;
         }
@@ -135,7 +135,7 @@ where
         }
         let number = self.path.first_block + self.path.blocks.len() as u64;
         self.out.meter.rest();
-        self.path = Path::starting_with(number);
+        self.path = RunPath::starting_with(number);
         self.begin = Begin::default();
         self.window = self.settings.look_ahead_blocks;
         self.window_time = (0.0, self.most_time());
@@ -186,7 +186,7 @@ where
     }
 
     /// Emits a stretch; the path goes on after it.
-    pub(super) fn emit(&mut self, stretch: Stretch, open: bool) {
+    pub(super) fn emit(&mut self, stretch: PlanStretch, open: bool) {
         let scope = scope(&self.device, &self.settings, self.mapping);
         // A halt is the plan's, not the path's: the lower bound does not count it.
         self.out.stretch(&scope, &self.path, &stretch, [self.begin.speed > 0.0 || self.begin.halted, open]);
@@ -218,7 +218,7 @@ where
         let frame = self.device.frame(self.mapping);
         self.out.meter.tube.remap(&frame);
         self.mapping = self.mapping_with(None);
-        block.shape = Shape::Line { from: *from, slope: way * (1.0 / block.length) };
+        block.shape = BlockShape::Line { from: *from, slope: way * (1.0 / block.length) };
         true
     }
 
@@ -246,24 +246,32 @@ where
         let counts = |i: &usize| self.device.machine.joints[*i].is_rotary() != block.tip_moves;
         let per = if block.tip_moves { 1.0 } else { 1.0_f64.to_degrees() };
         let counted = (0..l.count).filter(counts).map(|i| (i, per)).collect();
-        block.shape = Shape::Timed(Box::new(Timed { from, joints, counted }));
+        block.shape = BlockShape::Timed(Box::new(DogLeg { from, joints, counted }));
         block.length = duration;
         let number = self.path.first_block;
-        self.path = Path::single(number, block);
+        self.path = RunPath::single(number, block);
         let frame = self.device.frame(self.mapping);
         let law = Law::uniform(0.0, duration);
         if self.out.grid().takes_too_many(&law) {
             return self.ends_on_the_way(duration, 0.0);
         }
         let samples = stretch::measure(&self.path, &frame, self.out.grid(), &law, 0);
-        let s = Stretch { law, cells: 0, s_end: duration, v_end: 0.0, entry: Entry::default(), samples, reserve: None };
+        let s = PlanStretch {
+            law,
+            cells: 0,
+            s_end: duration,
+            v_end: 0.0,
+            entry: LawEntry::default(),
+            samples,
+            reserve: None,
+        };
         let scope = scope(&self.device, &self.settings, self.mapping);
         self.out.stretch(&scope, &self.path, &s, [false, false]);
         if let Some(record) = self.out.chunk.blocks.last_mut() {
             record.programmed_length = length;
         }
         self.out.meter.rest();
-        self.path = Path::starting_with(number + 1);
+        self.path = RunPath::starting_with(number + 1);
         self.ready = true;
     }
 

@@ -21,7 +21,7 @@ use nalgebra::{Matrix3, SMatrix};
 use proveout_geom::{Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS};
 
-use super::tree::{Link, RigidTree};
+use super::tree::{RigidLink, RigidTree};
 
 /// Standard acceleration of free fall, mm/s² (3rd CGPM, 1901).
 pub const STANDARD_GRAVITY: f64 = 9806.65;
@@ -60,7 +60,7 @@ impl Spatial {
 
 /// Pose and motion of a link. Initially all zeros, so that an array of links is made by one fill.
 #[derive(Clone, Copy)]
-struct Placed {
+struct LinkMotion {
     rotation: Matrix3<f64>,
     translation: Vector,
     screw: Spatial,
@@ -70,7 +70,7 @@ struct Placed {
     force: Spatial,
 }
 
-impl Placed {
+impl LinkMotion {
     const NOTHING: Self = Self {
         rotation: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         translation: Vector::new(0.0, 0.0, 0.0),
@@ -82,7 +82,7 @@ impl Placed {
     };
 
     /// The inertia is turned into the body and back with the vector, which takes a third of turning the tensor.
-    fn momentum(&self, link: &Link, v: Spatial) -> Spatial {
+    fn momentum(&self, link: &RigidLink, v: Spatial) -> Spatial {
         let linear = (v.1 + v.0.cross(&self.center)) * link.mass;
         let spin = self.rotation * (link.inertia * self.rotation.tr_mul(&v.0));
         Spatial(spin + self.center.cross(&linear), linear)
@@ -90,7 +90,7 @@ impl Placed {
 }
 
 impl RigidTree {
-    fn placed(&self, q: &JointValues, all: &mut [Placed; MAX_JOINTS]) {
+    fn placed(&self, q: &JointValues, all: &mut [LinkMotion; MAX_JOINTS]) {
         for (i, link) in self.links.iter().enumerate() {
             let (rotation, translation) = link
                 .parent
@@ -115,7 +115,7 @@ impl RigidTree {
     /// Forces (N) and torques (N mm) that the joints need for the given positions, velocities and accelerations, weight
     /// included where the direction of gravity is known. Friction and the motors' own inertia are not in it.
     pub fn inverse_dynamics(&self, q: &JointValues, v: &JointValues, a: &JointValues) -> JointValues {
-        let mut all = [Placed::NOTHING; MAX_JOINTS];
+        let mut all = [LinkMotion::NOTHING; MAX_JOINTS];
         self.placed(q, &mut all);
         let lift = self.up.map_or_else(Vector::zeros, |up| up * STANDARD_GRAVITY);
         let base = Spatial(Vector::zeros(), lift);
@@ -141,7 +141,7 @@ impl RigidTree {
     /// Inertia matrix of the joints, from the bodies alone: the composite of all that a joint carries, moved by it and by
     /// the joints before it (Featherstone 2008, section 6.2).
     pub fn mass_matrix(&self, q: &JointValues) -> MassMatrix {
-        let mut all = [Placed::NOTHING; MAX_JOINTS];
+        let mut all = [LinkMotion::NOTHING; MAX_JOINTS];
         self.placed(q, &mut all);
         let mut matrix = MassMatrix::zeros();
         for (i, link) in self.links.iter().enumerate() {

@@ -6,7 +6,7 @@ use proveout_machine::{Attachment, MAX_JOINTS, Machine, Platform};
 
 /// The rigid bodies that one joint carries, in M with all joints at zero.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Link {
+pub(crate) struct RigidLink {
     /// Index of the joint in the machine.
     pub(crate) joint: usize,
     /// Index of the carrying link; none for the base.
@@ -37,7 +37,7 @@ pub struct MassReport {
 /// joints on them are not known.
 #[derive(Clone, Debug)]
 pub struct RigidTree {
-    pub(crate) links: Vec<Link>,
+    pub(crate) links: Vec<RigidLink>,
     /// Direction against gravity; none: weights are left out.
     pub(crate) up: Option<Vector>,
     /// True for joints whose loads are known.
@@ -105,7 +105,7 @@ impl RigidTree {
             let parent = joint.parent.and_then(|p| order.iter().position(|o| *o == p));
             let (mass, center, inertia) = sum;
             let (axis, point) = (joint.direction * joint.sense, joint.point);
-            links.push(Link { joint: j, parent, rotary: joint.is_rotary(), axis, point, mass, center, inertia });
+            links.push(RigidLink { joint: j, parent, rotary: joint.is_rotary(), axis, point, mass, center, inertia });
         }
         let mut known = [false; MAX_JOINTS];
         for (i, link) in links.iter().enumerate() {
@@ -137,7 +137,7 @@ impl RigidTree {
 }
 
 /// True if link `k` is `i` or is carried by it.
-fn ancestor(links: &[Link], i: usize, mut k: usize) -> bool {
+fn ancestor(links: &[RigidLink], i: usize, mut k: usize) -> bool {
     loop {
         if k == i {
             return true;

@@ -35,10 +35,10 @@ use proveout_machine::{AXIS_TOLERANCE, JointValues};
 
 use self::{
     curve::AxisCurve,
-    follow::{ABSORBED, Follower, Knot, Stretch},
+    follow::{ABSORBED, BranchStretch, Follower, JointKnot},
 };
-use super::{Context, Leaves, Part};
-use crate::{jet::JointJet, rig::Rig, shape::Shape};
+use super::{BlockPart, Context, Leaves};
+use crate::{jet::JointJet, rtcp::Rig, shape::BlockShape};
 
 /// Two tool axes nearer than this (radian) are one: 0.2 micrometers at 100 mm from the tip.
 const SAME_AXIS: f64 = 2e-6;
@@ -50,7 +50,7 @@ const SAME_JOINTS: f64 = 1e-6;
 const LOOKS: u32 = 256;
 
 /// What is asked of the tool axis in a block.
-pub(super) struct Wanted<'a> {
+pub(super) struct AxisTask<'a> {
     pub(super) rig: &'a Rig,
     /// Tool length of the tool center point control, mm.
     pub(super) length: f64,
@@ -67,27 +67,27 @@ pub(super) struct Wanted<'a> {
 
 /// One way to run a block.
 struct Candidate {
-    stretches: Vec<(Stretch, Vec<Knot>)>,
+    stretches: Vec<(BranchStretch, Vec<JointKnot>)>,
     /// Joints before each stretch, and at the end of the block.
     stands: Vec<JointValues>,
 }
 
 /// How a block is to be run.
-pub(super) enum Turning {
+pub(super) enum BlockTurning {
     /// The rotary joints run in proportion to the way, and what that leaves.
     InProportion(Option<Leaves>),
     /// The parts of the block, their length together without turns, and the joints at the end.
-    Parts { parts: Vec<Part>, length: f64, end: JointValues, leaves: Option<Leaves>, apart: bool },
+    Parts { parts: Vec<BlockPart>, length: f64, end: JointValues, leaves: Option<Leaves>, apart: bool },
 }
 
 /// What the tool axis is to do.
-enum Course {
+enum AxisCourse {
     Stands(Vector),
     Circle(AxisCurve),
     Opposite(Vector),
 }
 
-impl Course {
+impl AxisCourse {
     fn new(from: &Vector, to: &Vector) -> Self {
         if angle_between(from, to) <= STANDS {
             return Self::Stands(*from);
@@ -105,28 +105,28 @@ impl Course {
 
 impl Context<'_> {
     /// How to run a block whose tool axis is to be on the great circle.
-    pub(super) fn great_circle(&self, wanted: &Wanted<'_>) -> Turning {
+    pub(super) fn great_circle(&self, wanted: &AxisTask<'_>) -> BlockTurning {
         let in_step = self.on_circle(wanted);
         let too_far = match &in_step {
-            Turning::Parts { parts, .. } => self.rapid && self.turns_out_of_travel(wanted, parts),
-            Turning::InProportion(_) => false,
+            BlockTurning::Parts { parts, .. } => self.rapid && self.turns_out_of_travel(wanted, parts),
+            BlockTurning::InProportion(_) => false,
         };
         if too_far { self.tip_first(wanted).unwrap_or(in_step) } else { in_step }
     }
 
     /// Whether a turn in a pole takes a linear joint out of its travel.
-    fn turns_out_of_travel(&self, wanted: &Wanted<'_>, parts: &[Part]) -> bool {
+    fn turns_out_of_travel(&self, wanted: &AxisTask<'_>, parts: &[BlockPart]) -> bool {
         let out = |task: &JointValues| {
             let q = self.joints(wanted.rig, task, wanted.length);
             let joints = self.machine.joints.iter().enumerate();
             joints.filter(|(_, j)| !j.is_rotary()).any(|(i, j)| j.travel_violation(q[i]).is_some())
         };
-        let places = |part: &Part| (0..=16).any(|k| out(&part.shape.jet(part.length * f64::from(k) / 16.0).0[0]));
+        let places = |part: &BlockPart| (0..=16).any(|k| out(&part.shape.jet(part.length * f64::from(k) / 16.0).0[0]));
         parts.iter().filter(|p| p.turn).any(places)
     }
 
     /// The tip to its end on a straight way, and then the circle; none where that leaves the travel as well.
-    fn tip_first(&self, wanted: &Wanted<'_>) -> Option<Turning> {
+    fn tip_first(&self, wanted: &AxisTask<'_>) -> Option<BlockTurning> {
         let length = wanted.tip_length?;
         let there = (wanted.tip)(1.0).0[0];
         let mut from = *wanted.from;
@@ -134,7 +134,7 @@ impl Context<'_> {
             from[slot] = there[slot];
         }
         let tip = |_: f64| JointJet::constant(there);
-        let standing = Wanted {
+        let standing = AxisTask {
             rig: wanted.rig,
             length: wanted.length,
             from: &from,
@@ -143,42 +143,42 @@ impl Context<'_> {
             tip: &tip,
             tip_length: None,
         };
-        let Turning::Parts { parts: turned, end, leaves, .. } = self.on_circle(&standing) else { return None };
+        let BlockTurning::Parts { parts: turned, end, leaves, .. } = self.on_circle(&standing) else { return None };
         if self.turns_out_of_travel(&standing, &turned) {
             return None;
         }
         let slope = (from - *wanted.from) * (1.0 / length);
-        let way = Shape::Line { from: *wanted.from, slope };
-        let mut parts = vec![Part { shape: way, length, turn: false, tip_moves: true, t: [0.0, 1.0] }];
-        parts.extend(turned.into_iter().map(|part| Part { t: [1.0, 1.0], ..part }));
-        Some(Turning::Parts { parts, length, end, leaves, apart: true })
+        let way = BlockShape::Line { from: *wanted.from, slope };
+        let mut parts = vec![BlockPart { shape: way, length, turn: false, tip_moves: true, t: [0.0, 1.0] }];
+        parts.extend(turned.into_iter().map(|part| BlockPart { t: [1.0, 1.0], ..part }));
+        Some(BlockTurning::Parts { parts, length, end, leaves, apart: true })
     }
 
     /// The same with tip and tool axis in step.
-    fn on_circle(&self, wanted: &Wanted<'_>) -> Turning {
+    fn on_circle(&self, wanted: &AxisTask<'_>) -> BlockTurning {
         let [a, b] = [wanted.from, wanted.to].map(|task| self.machine.forward(task, wanted.length).axis);
-        let course = Course::new(&a, &b);
+        let course = AxisCourse::new(&a, &b);
         let turned = |&j: &usize| (wanted.to[j] - wanted.from[j]).abs();
         let most = self.machine.rotary_joints().iter().map(turned).fold(0.0, f64::max);
         let near = |t: f64| (self.axis_in_proportion(wanted, t) - course.at(t)).norm() < SAME_AXIS;
-        let off = |course: &Course, reason: &str| {
-            Turning::InProportion(Some(self.off_the_circle(wanted, course, reason.to_owned())))
+        let off = |course: &AxisCourse, reason: &str| {
+            BlockTurning::InProportion(Some(self.off_the_circle(wanted, course, reason.to_owned())))
         };
         let circle = match &course {
-            Course::Opposite(_) => {
+            AxisCourse::Opposite(_) => {
                 return off(
                     &course,
                     "the tool axes at its ends are opposite, and no great circle is defined between them",
                 );
             }
-            _ if most < STANDS || [0.25, 0.5, 0.75].into_iter().all(near) => return Turning::InProportion(None),
-            Course::Stands(_) => {
+            _ if most < STANDS || [0.25, 0.5, 0.75].into_iter().all(near) => return BlockTurning::InProportion(None),
+            AxisCourse::Stands(_) => {
                 return off(
                     &course,
                     "the tool axis is the same at both ends, and leaves it while the rotary axes move",
                 );
             }
-            Course::Circle(circle) => circle,
+            AxisCourse::Circle(circle) => circle,
         };
         let poles: Vec<Vector> = self.machine.poles(wanted.from).collect();
         let pole_of = |axis: &Vector| poles.iter().copied().find(|p| angle_between(p, axis) <= AXIS_TOLERANCE);
@@ -207,12 +207,12 @@ impl Context<'_> {
         }
     }
 
-    fn axis_in_proportion(&self, wanted: &Wanted<'_>, t: f64) -> Vector {
+    fn axis_in_proportion(&self, wanted: &AxisTask<'_>, t: f64) -> Vector {
         self.machine.forward(&wanted.from.interpolated(*wanted.to, t), wanted.length).axis
     }
 
     /// How far the rotary joints in proportion leave what the axis is to do.
-    fn off_the_circle(&self, wanted: &Wanted<'_>, course: &Course, reason: String) -> Leaves {
+    fn off_the_circle(&self, wanted: &AxisTask<'_>, course: &AxisCourse, reason: String) -> Leaves {
         let places = (1..LOOKS).map(|k| f64::from(k) / f64::from(LOOKS));
         let angles = places.map(|t| angle_between(&self.axis_in_proportion(wanted, t), &course.at(t)));
         Leaves { angle: angles.fold(0.0, f64::max), in_cone: false, reason }
@@ -221,7 +221,7 @@ impl Context<'_> {
     /// All ways to run the block. Fails with the t from which the joints do not go on, where there is none.
     fn candidates(
         &self,
-        wanted: &Wanted<'_>,
+        wanted: &AxisTask<'_>,
         curve: &AxisCurve,
         at_ends: [Option<Vector>; 2],
     ) -> Result<Vec<Candidate>, f64> {
@@ -241,7 +241,7 @@ impl Context<'_> {
         let mut lost = None;
         for (branch, begin) in begins {
             let (end, pole) = middle.map_or((1.0, at_ends[1]), |pass| (pass.t, Some(pass.pole)));
-            let first = Stretch { t: [0.0, end], poles: [at_ends[0], pole], begin, branch };
+            let first = BranchStretch { t: [0.0, end], poles: [at_ends[0], pole], begin, branch };
             let knots = match follower.knots(curve, &first) {
                 Ok(knots) => knots,
                 Err(t) => {
@@ -255,8 +255,12 @@ impl Context<'_> {
                 continue;
             };
             for (next, q) in self.beyond(&pass.pole, curve, pass.t, &arrived, branch) {
-                let second =
-                    Stretch { t: [pass.t, 1.0], poles: [Some(pass.pole), at_ends[1]], begin: q, branch: Some(next) };
+                let second = BranchStretch {
+                    t: [pass.t, 1.0],
+                    poles: [Some(pass.pole), at_ends[1]],
+                    begin: q,
+                    branch: Some(next),
+                };
                 match follower.knots(curve, &second) {
                     Ok(more) => {
                         let stands = vec![from, arrived, more.last().map_or(q, |k| k.jet.0[0])];
@@ -307,7 +311,7 @@ impl Context<'_> {
     }
 
     /// The best of the ways that end where the program wants the joints.
-    fn best(&self, wanted: &Wanted<'_>, candidates: Vec<Candidate>) -> Option<Candidate> {
+    fn best(&self, wanted: &AxisTask<'_>, candidates: Vec<Candidate>) -> Option<Candidate> {
         let mut fitting: Vec<Candidate> = candidates
             .into_iter()
             .filter_map(|c| if wanted.any_joints { Some(c) } else { self.ending_at(wanted, c) })
@@ -330,7 +334,7 @@ impl Context<'_> {
     }
 
     /// A way that ends at named positions of the rotary joints: whole turns go into its last turn in a pole.
-    fn ending_at(&self, wanted: &Wanted<'_>, mut candidate: Candidate) -> Option<Candidate> {
+    fn ending_at(&self, wanted: &AxisTask<'_>, mut candidate: Candidate) -> Option<Candidate> {
         let rotary = self.machine.rotary_joints();
         let end = *candidate.stands.last()?;
         let (&first, others) = rotary.split_first()?;
@@ -365,7 +369,7 @@ impl Context<'_> {
     }
 
     /// Over-travel of rotary and of linear joints, and how far the rotary joints turn.
-    fn cost(&self, wanted: &Wanted<'_>, candidate: &Candidate) -> (bool, bool, f64) {
+    fn cost(&self, wanted: &AxisTask<'_>, candidate: &Candidate) -> (bool, bool, f64) {
         let (mut rotary, mut linear, mut turn) = (false, false, 0.0);
         let mut look = |task: &JointValues| {
             let q = self.joints(wanted.rig, task, wanted.length);
@@ -395,7 +399,7 @@ impl Context<'_> {
     }
 
     /// The path of a way in parts: turns in poles, and what lies between them.
-    fn in_parts(&self, wanted: &Wanted<'_>, curve: &AxisCurve, candidate: &Candidate) -> Turning {
+    fn in_parts(&self, wanted: &AxisTask<'_>, curve: &AxisCurve, candidate: &Candidate) -> BlockTurning {
         let mut end = candidate.stretches.last().and_then(|(_, k)| k.last()).map_or(*wanted.to, |k| k.jet.0[0]);
         let length = wanted.tip_length.unwrap_or_else(|| {
             let mut to = end;
@@ -404,7 +408,7 @@ impl Context<'_> {
             }
             self.parameter_length(&(to - *wanted.from)).0.max(curve.angle.to_degrees())
         });
-        let mut parts: Vec<Part> = Vec::new();
+        let mut parts: Vec<BlockPart> = Vec::new();
         let mut stands = *wanted.from;
         for (stretch, knots) in &candidate.stretches {
             let Some(begin) = knots.first().map(|k| k.jet.0[0]) else { continue };
@@ -415,14 +419,14 @@ impl Context<'_> {
             let pieces = Follower::pieces(knots, length);
             let share = length * (stretch.t[1] - stretch.t[0]);
             match joined.map(|p| (&mut p.shape, &mut p.length, &mut p.t)) {
-                Some((Shape::Spline(before), before_length, t)) => {
+                Some((BlockShape::Spline(before), before_length, t)) => {
                     let offset = *before_length;
                     before.extend(pieces.into_iter().map(|p| p.moved(offset)));
                     (*before_length, t[1]) = (offset + share, stretch.t[1]);
                 }
                 _ => {
-                    let (shape, tip_moves) = (Shape::Spline(pieces), wanted.tip_length.is_some());
-                    parts.push(Part { shape, length: share, turn: false, tip_moves, t: stretch.t });
+                    let (shape, tip_moves) = (BlockShape::Spline(pieces), wanted.tip_length.is_some());
+                    parts.push(BlockPart { shape, length: share, turn: false, tip_moves, t: stretch.t });
                 }
             }
         }
@@ -440,12 +444,12 @@ impl Context<'_> {
             ),
         });
         let end = self.joints(wanted.rig, &end, wanted.length);
-        Turning::Parts { parts, length, end, leaves, apart: false }
+        BlockTurning::Parts { parts, length, end, leaves, apart: false }
     }
 
     /// A turn of the rotary joints at t, with tip and axis at rest; none if the turn is only
     /// rounding.
-    fn turn(&self, wanted: &Wanted<'_>, before: &JointValues, after: &JointValues, t: f64) -> Option<Part> {
+    fn turn(&self, wanted: &AxisTask<'_>, before: &JointValues, after: &JointValues, t: f64) -> Option<BlockPart> {
         let mut from = (wanted.tip)(t).0[0];
         let mut to = from;
         self.take_rotary(&mut from, before);
@@ -455,7 +459,7 @@ impl Context<'_> {
         }
         let (length, _) = self.parameter_length(&(to - from));
         let slope = (to - from) * (1.0 / length);
-        Some(Part { shape: Shape::Line { from, slope }, length, turn: true, tip_moves: false, t: [t, t] })
+        Some(BlockPart { shape: BlockShape::Line { from, slope }, length, turn: true, tip_moves: false, t: [t, t] })
     }
 }
 

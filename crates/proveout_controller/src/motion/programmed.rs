@@ -48,7 +48,7 @@ pub(crate) enum AxisWay {
 
 /// What the program says of a block.
 #[derive(Clone, Debug)]
-pub(crate) enum Programmed {
+pub(crate) enum ProgrammedMotion {
     /// With tool center point control, for a tool of this length, in K. In step: both at equal shares of their ways; otherwise the
     /// axis anywhere on its own, as in a rapid motion that brings the tip first.
     Tool { length: f64, tip: TipWay, axis: AxisWay, in_step: bool },
@@ -153,7 +153,7 @@ impl AxisWay {
     }
 }
 
-impl Programmed {
+impl ProgrammedMotion {
     pub(crate) fn tool(length: f64, tip: TipWay, axis: AxisWay, in_step: bool) -> Self {
         Self::Tool { length, tip, axis, in_step }
     }

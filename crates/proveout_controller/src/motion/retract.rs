@@ -1,6 +1,6 @@
 //! Retraction along the tool axis.
 
-use super::{BlockPath, Context, Position, Programmed};
+use super::{BlockPath, Context, Position, ProgrammedMotion};
 use crate::error::ControlError;
 
 /// Ways of the tip below this (mm) are none.
@@ -55,7 +55,7 @@ impl Context<'_> {
         let end = self.joints(rig, &to, length);
         let tcp = self.mapping.tcp_length.is_some();
         let mut path = if tcp { self.line(from, to, end) } else { self.line(position.q, end, end) };
-        path.programmed = Some(Box::new(Programmed::joints(position.q, end, None)));
+        path.programmed = Some(Box::new(ProgrammedMotion::joints(position.q, end, None)));
         Ok(path)
     }
 }

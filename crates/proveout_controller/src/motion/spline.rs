@@ -4,10 +4,10 @@ use proveout_geom::Vector;
 use proveout_machine::JointValues;
 use proveout_nc::SplineMotion;
 
-use super::{BlockPath, Context, Position, Programmed, TipWay, linear_part};
+use super::{BlockPath, Context, Position, ProgrammedMotion, TipWay, linear_part};
 use crate::{
     error::ControlError,
-    shape::{Bezier, Shape},
+    shape::{Bezier, BlockShape},
 };
 
 impl Context<'_> {
@@ -47,13 +47,13 @@ impl Context<'_> {
             self.fail("control-spline", message, help)
         })?;
         let length = curve.length();
-        let shape = Shape::Bezier(Box::new(curve));
+        let shape = BlockShape::Bezier(Box::new(curve));
         let start = position.told.filter(|_| tcp.is_some()).map_or(control[0], |pose| pose.tip.coords);
         let way = TipWay::bezier([start, control[1], control[2], control[3]]);
         let mut path = BlockPath::whole(shape.clone(), length, true, end);
         (path.unreachable, path.other_position) = (turned.unreachable, turned.other_position);
         let Some((tool, rig)) = tcp else {
-            path.programmed = Some(Box::new(Programmed::joints(from, to, Some((slots, way)))));
+            path.programmed = Some(Box::new(ProgrammedMotion::joints(from, to, Some((slots, way)))));
             return Ok(path);
         };
         let tip = |t: f64| linear_part(rig, &shape.jet(t * length), length);

@@ -2,11 +2,11 @@
 
 use proveout_machine::{JointKind, JointValues, MAX_JOINTS};
 
-use super::{Frame, PathBlock, Septic, Way};
+use super::{PathBlock, PathContext, Septic, WayMeasure};
 use crate::{
     jet::JointJet,
     limits::{CellLimits, Stride, cell_limits},
-    shape::{DerivativeBounds, Quintic, Shape},
+    shape::{BlockShape, DerivativeBounds, Quintic},
 };
 
 /// Largest turn of a rotary joint in one cell, radian: 3 degrees change the direction of the linear axes by 5 percent.
@@ -25,7 +25,7 @@ const NO_PIECE: f64 = 1e-12;
 pub(super) type NewCell = (f64, CellLimits, Option<Box<Septic>>);
 
 /// Cells of the exact path of a block over s0..s1.
-pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64) -> Vec<NewCell> {
+pub(super) fn exact_cells(frame: &PathContext<'_>, block: &PathBlock, s0: f64, s1: f64) -> Vec<NewCell> {
     let rapid = block.is_rapid();
     let tcp = frame.kinematics.is_tcp();
     let machine = frame.kinematics.machine;
@@ -49,7 +49,7 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
         })
     };
     match block.course() {
-        Shape::Line { slope, .. } => {
+        BlockShape::Line { slope, .. } => {
             let turn = turn(slope);
             if !tcp || turn == 0.0 {
                 let q = frame.kinematics.joints(&block.course().jet(u0)).first().map(f64::abs);
@@ -60,14 +60,14 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
             cut(n).map(|(a, b)| looked_at(&course, [a, b], 3)).collect()
         }
         // Independent joints: their own laws keep the limits, the parameter is time.
-        Shape::Timed(_) => Vec::new(),
-        Shape::Arc(arc) => {
+        BlockShape::Timed(_) => Vec::new(),
+        BlockShape::Arc(arc) => {
             let n = (arc.omega.abs() * (u1 - u0) / CELL_ARC).max(turn(&arc.slope) / CELL_TURN).ceil().max(1.0) as usize;
             cut(n)
                 .map(|(a, b)| if tcp { looked_at(&course, [a, b], POINTS) } else { limits(a, b, &arc.bounds(a, b)) })
                 .collect()
         }
-        Shape::Bezier(curve) => {
+        BlockShape::Bezier(curve) => {
             let mut cells = Vec::new();
             for w in curve.places(u0, u1).windows(2) {
                 let n = (turn(curve.slope()) / (u1 - u0) * (w[1] - w[0]) / CELL_TURN).ceil().max(1.0) as usize;
@@ -79,7 +79,7 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
             }
             cells
         }
-        Shape::Spline(pieces) => {
+        BlockShape::Spline(pieces) => {
             let mut cells = Vec::with_capacity(pieces.len());
             for piece in pieces {
                 let (a, b) = (piece.u0.max(u0), piece.u1.min(u1));
@@ -96,13 +96,18 @@ pub(super) fn exact_cells(frame: &Frame<'_>, block: &PathBlock, s0: f64, s1: f64
 }
 
 /// Joints at equally spaced points from a to b.
-fn places(frame: &Frame<'_>, task: impl Fn(f64) -> JointJet, [a, b]: [f64; 2], points: usize) -> Vec<(f64, JointJet)> {
+fn places(
+    frame: &PathContext<'_>,
+    task: impl Fn(f64) -> JointJet,
+    [a, b]: [f64; 2],
+    points: usize,
+) -> Vec<(f64, JointJet)> {
     let at = |i: usize| if i + 1 == points { b } else { a + (b - a) * i as f64 / (points - 1) as f64 };
     (0..points).map(|i| (at(i), frame.kinematics.joints(&task(at(i))))).collect()
 }
 
 /// A cell that was looked at in these places, both of its ends among them.
-fn cell(frame: &Frame<'_>, stride: &Stride, places: &[(f64, JointJet)]) -> NewCell {
+fn cell(frame: &PathContext<'_>, stride: &Stride, places: &[(f64, JointJet)]) -> NewCell {
     let bounds = point_bounds(frame, places);
     let limits = cell_limits(frame.limits, stride, &bounds);
     let [(a, begin), within @ .., (b, end)] = places else { return (0.0, limits, None) };
@@ -117,7 +122,7 @@ fn cell(frame: &Frame<'_>, stride: &Stride, places: &[(f64, JointJet)]) -> NewCe
 }
 
 /// Bounds of the joints' derivatives from points of a cell, with a surcharge for what lies between them.
-fn point_bounds(frame: &Frame<'_>, places: &[(f64, JointJet)]) -> DerivativeBounds {
+fn point_bounds(frame: &PathContext<'_>, places: &[(f64, JointJet)]) -> DerivativeBounds {
     let mut bounds = DerivativeBounds {
         first: JointValues::ZERO,
         first_low: JointValues([f64::INFINITY; MAX_JOINTS]),
@@ -148,8 +153,8 @@ fn point_bounds(frame: &Frame<'_>, places: &[(f64, JointJet)]) -> DerivativeBoun
 
 /// Cells of a blend or fitted stretch that begins at s0.
 pub(super) fn blend_cells(
-    frame: &Frame<'_>,
-    (rapid, feed, way): (bool, f64, Way),
+    frame: &PathContext<'_>,
+    (rapid, feed, way): (bool, f64, WayMeasure),
     s0: f64,
     quintic: &Quintic,
 ) -> Vec<NewCell> {
@@ -189,8 +194,8 @@ mod tests {
     use super::*;
     use crate::{
         limits::JointLimits,
-        mapping::{Kinematics, Mapping},
-        rig::Rig,
+        mapping::{ActiveKinematics, Mapping},
+        rtcp::Rig,
     };
 
     /// Corners between lines whose slopes differ by some percent, from 0.01 to 3 degrees and more
@@ -211,9 +216,9 @@ mod tests {
             let machine = Machine::read(&folder).expect("library machine");
             let rig = Rig::new(&machine).expect("three linear joints");
             let mapping = Mapping { tcp_length: Some(120.0), tool_length: 120.0, edge_length: 20.0 };
-            let kinematics = Kinematics { machine: &machine, rig: Some(&rig), mapping };
+            let kinematics = ActiveKinematics { machine: &machine, rig: Some(&rig), mapping };
             let limits = JointLimits::new(&machine);
-            let frame = Frame { kinematics, limits: &limits };
+            let frame = PathContext { kinematics, limits: &limits };
             for round in 0..60 {
                 let turn = 2e-4 * 400.0_f64.powf(f64::from(round) / 59.0);
                 let length = 0.1 + 0.5 * (random() + 0.5);
@@ -228,7 +233,7 @@ mod tests {
                 }
                 let quintic = Quintic::hermite(0.0, length, &jets[0], &jets[1]);
                 let mut from = 0.0;
-                for (to, _, joints) in blend_cells(&frame, (false, 80.0, Way::Tip), 0.0, &quintic) {
+                for (to, _, joints) in blend_cells(&frame, (false, 80.0, WayMeasure::Tip), 0.0, &quintic) {
                     all += 1;
                     if let Some(septic) = joints {
                         taken += 1;

@@ -22,9 +22,9 @@
 use proveout_machine::{JointValues, MAX_JOINTS};
 
 use super::{
-    Frame, Path, PathCell, Span, SpanShape, Tolerance, Way,
+    PathCell, PathContext, PathSpan, RunPath, SpanShape, Tolerance, WayMeasure,
     cells::blend_cells,
-    corner::size,
+    corner_rounding::size,
     fit::{EventKind, Fit, Kink, lift_jet},
 };
 use crate::{jet::JointJet, shape::Quintic};
@@ -42,7 +42,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// The fit of a run and the span under way.
 #[derive(Debug, Default)]
-pub(super) struct Curve {
+pub(super) struct LineFit {
     fit: Fit,
     /// Number of kinks in whose support the present place lies.
     active: usize,
@@ -56,7 +56,7 @@ pub(super) struct Curve {
     left_out: Vec<f64>,
 }
 
-impl Curve {
+impl LineFit {
     /// A run whose supports begin at `low` or later.
     pub(super) fn from(low: f64) -> Self {
         Self { fit: Fit::from(low), ..Self::default() }
@@ -64,16 +64,16 @@ impl Curve {
 }
 
 /// Sizes of differences of task coordinates.
-fn sizes(frame: &Frame<'_>) -> impl Fn(&JointValues) -> Tolerance {
+fn sizes(frame: &PathContext<'_>) -> impl Fn(&JointValues) -> Tolerance {
     |difference| {
         let (tip, angle) = size(frame.kinematics.machine, difference);
         Tolerance { tip, angle }
     }
 }
 
-impl Path {
+impl RunPath {
     /// Takes a kink into the fit, and finishes what it decides.
-    pub(super) fn round(&mut self, frame: &Frame<'_>, kink: Kink) {
+    pub(super) fn round(&mut self, frame: &PathContext<'_>, kink: Kink) {
         self.curve.fit.push(kink);
         self.curve.fit.settle(None, &sizes(frame));
         if let Some(limit) = self.curve.fit.known_to() {
@@ -82,14 +82,14 @@ impl Path {
     }
 
     /// Finishes the run of lines up to s, where no support reaches.
-    pub(super) fn end_lines(&mut self, frame: &Frame<'_>, s: f64) {
+    pub(super) fn end_lines(&mut self, frame: &PathContext<'_>, s: f64) {
         self.curve.fit.settle(Some(s), &sizes(frame));
         self.spans_to(frame, f64::INFINITY);
         self.exact_to(frame, s);
     }
 
     /// Spans up to the last event at or before `limit`; exact ones up to it where no support reaches.
-    fn spans_to(&mut self, frame: &Frame<'_>, limit: f64) {
+    fn spans_to(&mut self, frame: &PathContext<'_>, limit: f64) {
         while let Some(event) = self.curve.fit.next_event().filter(|e| e.s <= limit) {
             self.curve.fit.take(event);
             let way = event.s - self.s_done;
@@ -135,7 +135,7 @@ impl Path {
     }
 
     /// Exact spans up to s.
-    fn exact_to(&mut self, frame: &Frame<'_>, s: f64) {
+    fn exact_to(&mut self, frame: &PathContext<'_>, s: f64) {
         let mut i = self.blocks.partition_point(|b| b.end() <= self.s_done);
         while i < self.blocks.len() && self.blocks[i].s0 < s {
             self.finish_exact(frame, self.first_block + i as u64, self.blocks[i].end().min(s));
@@ -144,7 +144,7 @@ impl Path {
     }
 
     /// A span from the last knot to s.
-    fn push_curve(&mut self, frame: &Frame<'_>, s: f64) {
+    fn push_curve(&mut self, frame: &PathContext<'_>, s: f64) {
         let left_out = std::mem::take(&mut self.curve.left_out);
         let end = self.fitted(s);
         let Some(start) = self.curve.start.replace(end) else { return };
@@ -172,17 +172,17 @@ impl Path {
         }
     }
 
-    fn push_span(&mut self, frame: &Frame<'_>, quintic: Quintic, overlaps: bool) {
+    fn push_span(&mut self, frame: &PathContext<'_>, quintic: Quintic, overlaps: bool) {
         let (s0, s1) = (self.s_done, quintic.u1);
         let first = self.blocks.partition_point(|b| b.end() <= s0).min(self.blocks.len() - 1);
         let number = self.first_block + first as u64;
         let feed = self.blocks[first..].iter().take_while(|b| b.s0 < s1).fold(f64::INFINITY, |m, b| m.min(b.feed));
         let tip_moves = self.blocks[first].tip_moves;
-        let way = Way::of([tip_moves, tip_moves]);
+        let way = WayMeasure::of([tip_moves, tip_moves]);
         for (end, limits, joints) in blend_cells(frame, (false, feed, way), s0, &quintic) {
             self.cells.push(PathCell { s1: end, limits, block: number, exact: overlaps, joints });
         }
-        self.spans.push(Span { s0, s1, block: number, shape: SpanShape::Blend(Box::new(quintic)), way });
+        self.spans.push(PathSpan { s0, s1, block: number, shape: SpanShape::Blend(Box::new(quintic)), way });
         self.s_done = s1;
     }
 
@@ -213,7 +213,7 @@ impl Path {
     }
 
     /// Whether the slope of a span stays between those of the blocks that act on it.
-    fn keeps_slopes(&self, frame: &Frame<'_>, span: &Quintic) -> bool {
+    fn keeps_slopes(&self, frame: &PathContext<'_>, span: &Quintic) -> bool {
         let machine = frame.kinematics.machine;
         let any = [f64::INFINITY; MAX_JOINTS];
         let (mut low, mut high, mut longest) = (JointValues(any), JointValues(any.map(|x| -x)), 0.0_f64);
@@ -233,7 +233,7 @@ impl Path {
     }
 
     /// Whether a span stays as near to the exact path as the tolerances ask for.
-    fn keeps_tolerance(&self, frame: &Frame<'_>, span: &Quintic) -> bool {
+    fn keeps_tolerance(&self, frame: &PathContext<'_>, span: &Quintic) -> bool {
         let machine = frame.kinematics.machine;
         let inner = self.acting(span.u1).map(|k| k.s).filter(|s| *s > span.u0 && *s < span.u1);
         let Some(tolerance) = self.acting(span.u1).map(|k| k.tolerance).reduce(Tolerance::min) else { return false };

@@ -30,7 +30,7 @@
 //! passes through the programmed points of a curve.
 //!
 //! *Limits.* S adds up sizes: kinks to and fro, which cancel in y, count fully, so that noisy points are smoothed over less length
-//! than the tolerance would allow. Blocks that are no lines keep the blends of `corner.rs`.
+//! than the tolerance would allow. Blocks that are no lines keep the blends of `corner_rounding.rs`.
 
 use std::collections::VecDeque;
 

@@ -20,7 +20,7 @@
 //! tip as it moves relative to the table (a cam that is milled by a slide that goes to and fro
 //! while the table turns does not turn back). If the tip is at rest in both blocks, the tangent is
 //! that of the rotary joints. If it is at rest in one of them, the tip has no corner: the blend
-//! brings it to the programmed point, since a polynomial of `corner.rs` ends on the exact path.
+//! brings it to the programmed point, since a polynomial of `corner_rounding.rs` ends on the exact path.
 //!
 //! *Limits.* Rotary joints that turn back while the tip goes on do not stop: their end is rounded
 //! within the tolerance of the orientation, as wherever the tool pivots in a cut. Several kinks
@@ -29,7 +29,7 @@
 
 use proveout_machine::{JointKind, JointValues, Machine};
 
-use super::Frame;
+use super::PathContext;
 use crate::jet::JointJet;
 
 /// Turn of the tangent from which on a corner is a reversal, degrees.
@@ -41,7 +41,7 @@ const NO_SLOPE: f64 = 1e-12;
 const SMALL: f64 = 1e-4;
 
 /// Whether the tangent of the first jet turns back in the second; `tip_moves` of both blocks.
-pub(super) fn reverses(frame: &Frame<'_>, tip_moves: [bool; 2], end: &JointJet, start: &JointJet) -> bool {
+pub(super) fn reverses(frame: &PathContext<'_>, tip_moves: [bool; 2], end: &JointJet, start: &JointJet) -> bool {
     let machine = frame.kinematics.machine;
     let slopes = [end.first(), start.first()];
     let rotary = slopes.map(|slope| part(machine, &slope, JointKind::Rotary));
@@ -78,7 +78,7 @@ fn opposite([u, w]: &[JointValues; 2]) -> bool {
 }
 
 /// Direction in which the tip moves against the table while the joints move by `slope`, in the first three entries.
-fn way_of_tip(frame: &Frame<'_>, at: &JointValues, slope: &JointValues) -> JointValues {
+fn way_of_tip(frame: &PathContext<'_>, at: &JointValues, slope: &JointValues) -> JointValues {
     let h = SMALL / slope.max_abs().max(f64::MIN_POSITIVE);
     let [before, behind] = [-h, h].map(|h| frame.kinematics.pose(&(*at + *slope * h)).tip);
     let mut way = JointValues::ZERO;

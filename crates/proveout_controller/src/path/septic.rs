@@ -1,6 +1,6 @@
 //! Joints over a cell as polynomials of the path parameter.
 //!
-//! With tool center point control the joints are functions of tip and rotary joints through the chains of the machine (`rig.rs`): a
+//! With tool center point control the joints are functions of tip and rotary joints through the chains of the machine (`rtcp.rs`): a
 //! product of jets at every place that is looked at, some tens of them a block. Over a cell, which turns a rotary joint by three degrees at
 //! most, the polynomial of seventh degree with value and three derivatives of both ends is the same function for every purpose:
 //!

@@ -19,7 +19,7 @@ use crate::{jet::JointJet, shape::Quintic, tempo::GAUSS};
 
 /// What counts as way on a stretch of the path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Way {
+pub(crate) enum WayMeasure {
     /// The parameter: exact blocks, and blends between motion and turning.
     #[default]
     Parameter,
@@ -33,7 +33,7 @@ pub(crate) enum Way {
 /// is then summed to 1e-10 of the span, one of 160 degrees to 1e-6.
 const PARTS: f64 = 4.0;
 
-impl Way {
+impl WayMeasure {
     /// Of a blend between two blocks that move the tip, or do not.
     pub(crate) fn of(tip_moves: [bool; 2]) -> Self {
         match tip_moves {
@@ -158,18 +158,18 @@ mod tests {
             let at = |k: i32| piece.jet(-1.0 + f64::from(k) / 5000.0).0[0];
             let chords: f64 =
                 (0..10_000).map(|k| (at(k + 1) - at(k)).0.iter().map(|x| x * x).sum::<f64>().sqrt()).sum();
-            let length = Way::Tip.length(&machine, &piece, [-1.0, 1.0]);
+            let length = WayMeasure::Tip.length(&machine, &piece, [-1.0, 1.0]);
             assert!((length - chords).abs() < close, "{degrees}: {length} {chords}");
             let parts = [[-1.0, -0.3], [-0.3, 0.9], [0.9, 1.0]];
-            let sum: f64 = parts.iter().map(|part| Way::Tip.length(&machine, &piece, *part)).sum();
+            let sum: f64 = parts.iter().map(|part| WayMeasure::Tip.length(&machine, &piece, *part)).sum();
             assert!((length - sum).abs() < close, "{degrees}: {length} {sum}");
-            assert_eq!(Way::Turn.length(&machine, &piece, [-1.0, 1.0]), 0.0);
-            assert_eq!(Way::Parameter.length(&machine, &piece, [-1.0, 0.5]), 1.5);
+            assert_eq!(WayMeasure::Turn.length(&machine, &piece, [-1.0, 1.0]), 0.0);
+            assert_eq!(WayMeasure::Parameter.length(&machine, &piece, [-1.0, 0.5]), 1.5);
             // In the middle the slope is the mean of both.
-            let [middle, slope] = Way::Tip.rate(&machine, &piece.jet(0.0));
+            let [middle, slope] = WayMeasure::Tip.rate(&machine, &piece.jet(0.0));
             assert!((middle - (0.5 * degrees.to_radians()).cos()).abs() < 1e-12 && slope.abs() < 1e-12);
             let h = 1e-5;
-            let [before, at, after] = [-h, 0.0, h].map(|x| Way::Tip.rate(&machine, &piece.jet(0.4 + x)));
+            let [before, at, after] = [-h, 0.0, h].map(|x| WayMeasure::Tip.rate(&machine, &piece.jet(0.4 + x)));
             assert!(((after[0] - before[0]) / (2.0 * h) - at[1]).abs() < 1e-8);
         }
     }
@@ -181,10 +181,10 @@ mod tests {
             let piece = corner(&machine, degrees.to_radians());
             for (a, b) in [(-1.0, 1.0), (-1.0, 0.0), (-0.2, 0.1), (0.5, 0.75)] {
                 let part = piece.between(a, b);
-                let [low, high] = Way::Tip.range(&machine, &part);
+                let [low, high] = WayMeasure::Tip.range(&machine, &part);
                 for k in 0..=100 {
                     let s = a + (b - a) * f64::from(k) / 100.0;
-                    let [rate, _] = Way::Tip.rate(&machine, &piece.jet(s));
+                    let [rate, _] = WayMeasure::Tip.rate(&machine, &piece.jet(s));
                     assert!(rate >= low - 1e-12 && rate <= high + 1e-12, "{degrees} {s}: {low} {rate} {high}");
                     assert!((part.jet(s).0[0] - piece.jet(s).0[0]).max_abs() < 1e-13);
                 }

@@ -18,7 +18,7 @@
 
 use proveout_machine::MAX_JOINTS;
 
-use super::problem::Node;
+use super::problem::TempoNode;
 
 /// Square of a speed over its limit, and its slope by the time of the first law.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -43,7 +43,7 @@ impl Cap {
 }
 
 /// One over the highest values of the two inner control points of b in an interval with these nodes.
-pub(super) fn inner_points(nodes: &[Node], caps: &[Caps], length: f64) -> [f64; 2] {
+pub(super) fn inner_points(nodes: &[TempoNode], caps: &[Caps], length: f64) -> [f64; 2] {
     let mut rows = [0.0_f64; 2];
     let last = caps.len().saturating_sub(1);
     for k in 0..=MAX_JOINTS {
@@ -81,8 +81,8 @@ pub(super) fn inner_points(nodes: &[Node], caps: &[Caps], length: f64) -> [f64; 
 mod tests {
     use super::*;
 
-    fn node(tau: f64) -> Node {
-        Node { k: 0, tau, cell: 0, smooth: 0, twin: false, weight: 0.0, speed: 0.0, lead: 0.0 }
+    fn node(tau: f64) -> TempoNode {
+        TempoNode { k: 0, tau, cell: 0, smooth: 0, twin: false, weight: 0.0, speed: 0.0, lead: 0.0 }
     }
 
     /// A cubic with control points at the limits of the inner ones and at U itself at the ends stays below U, up to the fourth power
@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn b_below_the_inner_points_passes_no_speed() {
         let taus = [0.0, 0.25, 0.5, 0.75, 1.0];
-        let nodes: Vec<Node> = taus.iter().map(|t| node(*t)).collect();
+        let nodes: Vec<TempoNode> = taus.iter().map(|t| node(*t)).collect();
         // The speed of the tip in the middle of a corner, and a joint that turns meanwhile.
         for (h, close) in [(0.4, 2e-3), (0.2, 2e-4), (0.1, 2e-5)] {
             let tip = |p: f64| [(0.5 + 0.5 * p * p).sqrt(), 0.5 * p / (0.5 + 0.5 * p * p).sqrt()];

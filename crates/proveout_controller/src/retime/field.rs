@@ -1,7 +1,7 @@
 //! All intervals of a region with their nodes, in sections: a problem of some intervals is taken out, solved, and put back with the nodes
 //! that it has grown, at a cost that does not depend on the length of the region.
 
-use super::problem::{JointRow, Node, Problem};
+use super::problem::{JointRow, Problem, TempoNode};
 
 /// Intervals of a section.
 const SECTION: usize = 64;
@@ -9,9 +9,9 @@ const SECTION: usize = 64;
 const NODES: usize = 5;
 
 #[derive(Debug, Default)]
-struct Section {
+struct FieldSection {
     /// With interval numbers of the whole.
-    nodes: Vec<Node>,
+    nodes: Vec<TempoNode>,
     joints: Vec<JointRow>,
 }
 
@@ -20,7 +20,7 @@ struct Section {
 pub(super) struct Field {
     /// All but the nodes and their rows.
     whole: Problem,
-    sections: Vec<Section>,
+    sections: Vec<FieldSection>,
 }
 
 impl Field {
@@ -28,13 +28,13 @@ impl Field {
     pub(super) fn new(whole: Problem) -> Self {
         let count = whole.lengths.len().div_ceil(SECTION);
         let mut field = Self { whole, sections: Vec::new() };
-        field.sections.resize_with(count, Section::default);
+        field.sections.resize_with(count, FieldSection::default);
         field
     }
 
     /// Appends nodes of an interval with their rows. If its first node is the same place as the
     /// last one before, this is noted there.
-    pub(super) fn push(&mut self, nodes: &[Node], joints: &[JointRow], alike: f64) {
+    pub(super) fn push(&mut self, nodes: &[TempoNode], joints: &[JointRow], alike: f64) {
         let (Some(first), count) = (nodes.first(), self.whole.count) else { return };
         let number = first.k / SECTION;
         let before = if first.k.is_multiple_of(SECTION) { number.checked_sub(1) } else { Some(number) };
@@ -83,7 +83,7 @@ impl Field {
         };
         for section in &self.sections[from / SECTION..to.div_ceil(SECTION).min(self.sections.len())] {
             let own = range(&section.nodes, [from, to]);
-            problem.nodes.extend(section.nodes[own.clone()].iter().map(|n| Node { k: n.k - from, ..*n }));
+            problem.nodes.extend(section.nodes[own.clone()].iter().map(|n| TempoNode { k: n.k - from, ..*n }));
             problem.joints.extend_from_slice(&section.joints[own.start * whole.count..own.end * whole.count]);
         }
         problem
@@ -102,7 +102,7 @@ impl Field {
     }
 
     /// Adds nodes, numbered from interval `from` on, of intervals that have none.
-    fn put(&mut self, nodes: Vec<Node>, joints: &[JointRow], from: usize) {
+    fn put(&mut self, nodes: Vec<TempoNode>, joints: &[JointRow], from: usize) {
         let count = self.whole.count;
         let mut begin = 0;
         while begin < nodes.len() {
@@ -110,7 +110,7 @@ impl Field {
             let end = begin + nodes[begin..].partition_point(|n| (n.k + from) / SECTION == number);
             let section = &mut self.sections[number];
             let at = section.nodes.partition_point(|n| n.k < nodes[begin].k + from);
-            section.nodes.splice(at..at, nodes[begin..end].iter().map(|n| Node { k: n.k + from, ..*n }));
+            section.nodes.splice(at..at, nodes[begin..end].iter().map(|n| TempoNode { k: n.k + from, ..*n }));
             section.joints.splice(at * count..at * count, joints[begin * count..end * count].iter().copied());
             begin = end;
         }
@@ -118,7 +118,7 @@ impl Field {
 }
 
 /// Nodes of some intervals.
-fn range(nodes: &[Node], [from, to]: [usize; 2]) -> std::ops::Range<usize> {
+fn range(nodes: &[TempoNode], [from, to]: [usize; 2]) -> std::ops::Range<usize> {
     nodes.partition_point(|n| n.k < from)..nodes.partition_point(|n| n.k < to)
 }
 
@@ -126,8 +126,8 @@ fn range(nodes: &[Node], [from, to]: [usize; 2]) -> std::ops::Range<usize> {
 mod tests {
     use super::*;
 
-    fn node(k: usize, tau: f64) -> Node {
-        Node { k, tau, cell: k, smooth: 0, twin: false, weight: 0.0, speed: 0.0, lead: 0.0 }
+    fn node(k: usize, tau: f64) -> TempoNode {
+        TempoNode { k, tau, cell: k, smooth: 0, twin: false, weight: 0.0, speed: 0.0, lead: 0.0 }
     }
 
     /// Intervals with one to three nodes; each row names the node it belongs to.
@@ -136,7 +136,7 @@ mod tests {
         let begins = (0..n).map(|k| k as f64).collect();
         let mut field = Field::new(Problem { lengths, begins, count: 2, ..Problem::default() });
         for k in 0..n {
-            let nodes: Vec<Node> = (0..1 + k % 3).map(|i| node(k, 0.3 * i as f64)).collect();
+            let nodes: Vec<TempoNode> = (0..1 + k % 3).map(|i| node(k, 0.3 * i as f64)).collect();
             let joints: Vec<JointRow> = nodes.iter().flat_map(|n| [[n.k as f32; 5], [n.tau as f32; 5]]).collect();
             field.push(&nodes, &joints, 1e-9);
         }

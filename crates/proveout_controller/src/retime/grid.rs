@@ -5,11 +5,11 @@ use proveout_machine::MAX_JOINTS;
 use super::{
     cap::{Cap, Caps, inner_points},
     field::Field,
-    problem::{JointRow, MARGIN, Node, Problem, joint_row},
+    problem::{JointRow, MARGIN, Problem, TempoNode, joint_row},
 };
 use crate::{
     jet::JointJet,
-    path::{Frame, Path, PathCell, Way},
+    path::{PathCell, PathContext, RunPath, WayMeasure},
     profile::{Cursor, Law},
 };
 
@@ -46,7 +46,7 @@ const MOST_PACE: f64 = 1e9;
 
 /// Time between neighboring borders of phases and cells.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+struct PhaseInterval {
     from: f64,
     to: f64,
     cell: usize,
@@ -60,12 +60,12 @@ struct Piece {
 pub(super) struct Region {
     pub(super) from: f64,
     pub(super) to: f64,
-    pieces: Vec<Piece>,
+    pieces: Vec<PhaseInterval>,
 }
 
 /// A place where a control sample passed a limit.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spot {
+pub(crate) struct LimitExcess {
     /// Time of the first law.
     pub(crate) at: f64,
     /// Part by which b must fall there.
@@ -75,13 +75,13 @@ pub(crate) struct Spot {
 }
 
 /// Highest factor of the spots in an interval; `spots` are in the order of time.
-fn tight(spots: &[Spot], from: f64, to: f64) -> f64 {
+fn tight(spots: &[LimitExcess], from: f64, to: f64) -> f64 {
     let first = spots.partition_point(|s| s.at < from);
     spots[first..].iter().take_while(|s| s.at <= to).fold(1.0, |m, s| m.max(1.0 + s.excess))
 }
 
 /// Longest interval, s.
-fn interval(frame: &Frame<'_>) -> f64 {
+fn interval(frame: &PathContext<'_>) -> f64 {
     let l = frame.limits;
     let rise = (0..l.count).map(|i| l.acceleration[i] / l.jerk[i]).filter(|t| t.is_finite() && *t > 0.0);
     let least = rise.fold(f64::INFINITY, f64::min);
@@ -92,17 +92,17 @@ fn interval(frame: &Frame<'_>) -> f64 {
 /// The stretches of the law's first `cells` cells where another tempo may be faster. `moving` says
 /// whether the law begins with a given tempo that must be followed.
 pub(super) fn regions(
-    path: &Path,
-    frame: &Frame<'_>,
+    path: &RunPath,
+    frame: &PathContext<'_>,
     law: &Law,
     cells: usize,
     moving: bool,
-    spots: &[Spot],
+    spots: &[LimitExcess],
 ) -> Vec<Region> {
     let step = interval(frame);
     let pieces = pieces(path, frame, law, cells, spots);
     let mut regions: Vec<Region> = Vec::new();
-    let mut open: Vec<Piece> = Vec::new();
+    let mut open: Vec<PhaseInterval> = Vec::new();
     let margin = INTO_HELD * step;
     let mut i = 0;
     let mut at_begin = moving;
@@ -151,7 +151,7 @@ impl Region {
         for [begin, behind] in cuts.iter().chain(std::iter::once(&end)) {
             let to = begin.min(self.to);
             if to > from {
-                let pieces: Vec<Piece> = clipped(&self.pieces, from, to).collect();
+                let pieces: Vec<PhaseInterval> = clipped(&self.pieces, from, to).collect();
                 rest.push(Self { from, to, pieces });
             }
             from = from.max(*behind);
@@ -160,19 +160,19 @@ impl Region {
     }
 }
 
-fn close(regions: &mut Vec<Region>, open: &mut Vec<Piece>) {
+fn close(regions: &mut Vec<Region>, open: &mut Vec<PhaseInterval>) {
     let pieces = std::mem::take(open);
     if let (Some(first), Some(last)) = (pieces.first(), pieces.last()) {
         regions.push(Region { from: first.from, to: last.to, pieces });
     }
 }
 
-fn clipped(run: &[Piece], from: f64, to: f64) -> impl Iterator<Item = Piece> {
-    run.iter().map(move |p| Piece { from: p.from.max(from), to: p.to.min(to), ..*p }).filter(|p| p.to > p.from)
+fn clipped(run: &[PhaseInterval], from: f64, to: f64) -> impl Iterator<Item = PhaseInterval> {
+    run.iter().map(move |p| PhaseInterval { from: p.from.max(from), to: p.to.min(to), ..*p }).filter(|p| p.to > p.from)
 }
 
 /// Highest jerk along the path that the joints allow on a straight line of the cell's direction.
-pub(crate) fn jerk_along(frame: &Frame<'_>, cell: &PathCell) -> f64 {
+pub(crate) fn jerk_along(frame: &PathContext<'_>, cell: &PathCell) -> f64 {
     let first = &cell.limits.bounds.first;
     (0..frame.limits.count)
         .filter(|i| first[*i] > 0.0)
@@ -180,7 +180,13 @@ pub(crate) fn jerk_along(frame: &Frame<'_>, cell: &PathCell) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize, spots: &[Spot]) -> Vec<Piece> {
+fn pieces(
+    path: &RunPath,
+    frame: &PathContext<'_>,
+    law: &Law,
+    cells: usize,
+    spots: &[LimitExcess],
+) -> Vec<PhaseInterval> {
     let mut out = Vec::with_capacity(cells + law.phases.len());
     let mut cursor = Cursor::default();
     let (mut phase, mut from) = (0, 0.0);
@@ -196,7 +202,7 @@ fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize, spots: &[Spot
             let held = cruise && p.start.v >= AT_SPEED * c.limits.highest && tight(spots, from, to) == 1.0;
             if to > from {
                 let v = [from, to].map(|t| p.at((t - p.time).clamp(0.0, p.duration)).v);
-                out.push(Piece { from, to, cell, held, pace: v[0].min(v[1]) / jerk });
+                out.push(PhaseInterval { from, to, cell, held, pace: v[0].min(v[1]) / jerk });
             }
             from = from.max(to);
             if phase_end <= end {
@@ -211,8 +217,8 @@ fn pieces(path: &Path, frame: &Frame<'_>, law: &Law, cells: usize, spots: &[Spot
 
 /// Evaluates joints on the rounded path, once at a place.
 pub(super) struct Probe<'a> {
-    path: &'a Path,
-    frame: &'a Frame<'a>,
+    path: &'a RunPath,
+    frame: &'a PathContext<'a>,
     law: &'a Law,
     cursor: Cursor,
     span: usize,
@@ -220,7 +226,7 @@ pub(super) struct Probe<'a> {
 }
 
 impl<'a> Probe<'a> {
-    pub(super) fn new(path: &'a Path, frame: &'a Frame<'a>, law: &'a Law) -> Self {
+    pub(super) fn new(path: &'a RunPath, frame: &'a PathContext<'a>, law: &'a Law) -> Self {
         Self { path, frame, law, cursor: Cursor::default(), span: 0, last: None }
     }
 
@@ -242,7 +248,7 @@ impl<'a> Probe<'a> {
             _ => {
                 let kinematics = &self.frame.kinematics;
                 match &c.joints {
-                    Some(joints) if c.limits.way == Way::Parameter => (joints.jet(x.s), [1.0, 0.0]),
+                    Some(joints) if c.limits.way == WayMeasure::Parameter => (joints.jet(x.s), [1.0, 0.0]),
                     joints => {
                         let task = self.path.rounded(x.s, &mut self.span);
                         let jet = joints.as_ref().map_or_else(|| kinematics.joints(&task), |own| own.jet(x.s));
@@ -269,7 +275,7 @@ impl<'a> Probe<'a> {
 }
 
 /// Grid and rows of a region.
-pub(super) fn field(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], spots: &[Spot]) -> Field {
+pub(super) fn field(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], spots: &[LimitExcess]) -> Field {
     let step = interval(probe.frame);
     let knots = knots(region, step);
     let lengths: Vec<f64> = knots.windows(2).map(|w| w[1] - w[0]).collect();
@@ -278,7 +284,7 @@ pub(super) fn field(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], sp
     let problem = Problem { fixed, lengths, begins, scale: step, count: used.len(), used, ..Problem::default() };
     let field = Field::new(problem);
     let mut grid =
-        Grid { tight: 1.0, smooth: 0, cell: 0, field, nodes: Vec::new(), joints: Vec::new(), caps: Vec::new() };
+        FieldBuilder { tight: 1.0, smooth: 0, cell: 0, field, nodes: Vec::new(), joints: Vec::new(), caps: Vec::new() };
     let mut k = 0;
     let last = knots.len() - 2;
     for piece in &region.pieces {
@@ -330,7 +336,7 @@ fn moving(probe: &Probe<'_>, region: &Region) -> Vec<usize> {
 }
 
 /// A field under construction.
-struct Grid {
+struct FieldBuilder {
     /// Factor of the rows of the interval under way.
     tight: f64,
     /// Cell under way, and number of the smooth stretch within an interval.
@@ -338,18 +344,18 @@ struct Grid {
     smooth: u32,
     field: Field,
     /// Nodes of the interval under way, with their rows and caps.
-    nodes: Vec<Node>,
+    nodes: Vec<TempoNode>,
     joints: Vec<JointRow>,
     caps: Vec<Caps>,
 }
 
-impl Grid {
+impl FieldBuilder {
     fn add(&mut self, k: usize, tau: f64, weight: f64, (rows, caps): ([JointRow; MAX_JOINTS], Caps)) {
         if self.nodes.last().is_some_and(|last| last.k != k) {
             self.close();
         }
         let (cell, smooth, tight) = (self.cell, self.smooth, self.tight);
-        self.nodes.push(Node { k, tau, cell, smooth, twin: false, weight, speed: 0.0, lead: 0.0 });
+        self.nodes.push(TempoNode { k, tau, cell, smooth, twin: false, weight, speed: 0.0, lead: 0.0 });
         let used = &self.field.whole().used;
         self.joints.extend(
             used.iter().map(|i| if tight > 1.0 { joint_row(rows[*i].map(|r| f64::from(r) * tight)) } else { rows[*i] }),

@@ -18,8 +18,8 @@ use proveout_machine::MAX_JOINTS;
 use super::{
     lanes::{LANES, Lanes},
     problem::{JointRow, Problem, RELAXED},
-    side::{AT_FIRST, Going, INSIDE, Side, Sums, even, jerk},
-    solver::{Before, Work},
+    side::{AT_FIRST, INSIDE, RowSlacks, RowSums, SolverStep, even, jerk},
+    solver::{Before, SolverVectors},
     system::System,
 };
 
@@ -45,7 +45,7 @@ struct Bundle {
 }
 
 /// A node of each of eight intervals.
-pub(super) struct Slot {
+pub(super) struct LaneNodes {
     /// b, b', b'' by the unknowns.
     basis: [[Lanes; 4]; 3],
     weight: Lanes,
@@ -73,7 +73,7 @@ impl Bundle {
     }
 }
 
-impl Slot {
+impl LaneNodes {
     #[inline(always)]
     fn state(&self, u: &[Lanes; 4]) -> [Lanes; 3] {
         let mut x = [Lanes::ZERO; 3];
@@ -111,12 +111,12 @@ const ACCELERATIONS: Names = {
 
 /// Some intervals with the rows that count there.
 #[derive(Default)]
-pub(super) struct Part {
+pub(super) struct LaneRows {
     fixed: [bool; 2],
     pub(super) unknowns: usize,
     pub(super) nodes: usize,
     bundles: Vec<Bundle>,
-    slots: Vec<Slot>,
+    slots: Vec<LaneNodes>,
     /// Those of the first slot, of the second, and so on.
     speed: Vec<[Lanes; 2]>,
     even: Vec<[Lanes; 2]>,
@@ -126,7 +126,7 @@ pub(super) struct Part {
     lanes: Vec<[usize; LANES]>,
 }
 
-impl Part {
+impl LaneRows {
     /// Takes a problem with some of its rows, named node by node; the unknowns at given ends stay.
     pub(super) fn fill(&mut self, problem: &Problem, rows: &[Names]) {
         self.bundles.clear();
@@ -191,7 +191,7 @@ impl Part {
         self.speed.resize(speed + usize::from(has(SPEED)), [zero; 2]);
         self.even.resize(even + count[0], [zero; 2]);
         self.jerk.resize(jerk + count[1], [zero; 3]);
-        let mut slot = Slot {
+        let mut slot = LaneNodes {
             basis: [[zero; 4]; 3],
             weight: zero,
             speed: speed..self.speed.len(),
@@ -243,7 +243,7 @@ impl Part {
     }
 
     /// Slacks and multipliers of all rows at the begin: those that a search before has left, and new ones elsewhere.
-    pub(super) fn begin(&self, c: &[f64], mu: f64, before: Option<&Before<'_>>, work: &mut Work) {
+    pub(super) fn begin(&self, c: &[f64], mu: f64, before: Option<&Before<'_>>, work: &mut SolverVectors) {
         let new = [mu, if before.is_some() { INSIDE } else { AT_FIRST }];
         work.single.clear();
         work.single.reserve(self.speed.len());
@@ -262,7 +262,7 @@ impl Part {
                     names[usize::from(*place) - 1] = name;
                 }
                 for q in &self.speed[slot.speed.clone()] {
-                    let mut side = Side::begun(even(q, x) - Lanes::all(1.0), new);
+                    let mut side = RowSlacks::begun(even(q, x) - Lanes::all(1.0), new);
                     for (lane, b, slot) in left.iter().flatten() {
                         if let Some(own) = b.single(*slot) {
                             side.go_on(*lane, own);
@@ -272,7 +272,7 @@ impl Part {
                 }
                 let mut add = |value: Lanes, limit: Lanes| {
                     let name = names[work.pairs.len() - number];
-                    let mut sides = [Side::begun(value - limit, new), Side::begun(-value - limit, new)];
+                    let mut sides = [RowSlacks::begun(value - limit, new), RowSlacks::begun(-value - limit, new)];
                     for (lane, b, slot) in left.iter().flatten() {
                         if let Some(own) = b.pair(*slot, name) {
                             sides.iter_mut().zip(own).for_each(|(side, own)| side.go_on(*lane, own));
@@ -291,7 +291,7 @@ impl Part {
     }
 
     /// Slot and lane of a node.
-    pub(super) fn place(&self, node: usize) -> Option<(&Slot, usize)> {
+    pub(super) fn place(&self, node: usize) -> Option<(&LaneNodes, usize)> {
         let [slot, lane] = *self.places.get(node)?;
         Some((self.slots.get(slot)?, lane))
     }
@@ -312,12 +312,12 @@ impl Part {
 
     /// Goes along the step before, and takes matrix and right sides of the next one.
     #[inline(always)]
-    pub(super) fn assemble(&self, c: &[f64], going: Going, work: &mut Work) -> Sums {
+    pub(super) fn assemble(&self, c: &[f64], going: SolverStep, work: &mut SolverVectors) -> RowSums {
         work.matrix.fill([0.0; 4]);
         work.right.fill(0.0);
         work.central.fill(0.0);
         work.states.clear();
-        let mut sums = Sums::ZERO;
+        let mut sums = RowSums::ZERO;
         let (mut single, mut pairs) = (std::mem::take(&mut work.single), std::mem::take(&mut work.pairs));
         let (mut singles, mut both) = (single.iter_mut(), pairs.iter_mut());
         let one = Lanes::all(1.0);
@@ -392,7 +392,7 @@ impl Part {
     }
 
     /// Takes the given unknowns out of the system.
-    fn give(&self, work: &mut Work) {
+    fn give(&self, work: &mut SolverVectors) {
         let n = self.unknowns;
         for (fixed, own) in self.fixed.iter().zip([[0, 1], [n - 2, n - 1]]) {
             if !fixed {
@@ -410,8 +410,8 @@ impl Part {
 
     /// Steps of slacks and multipliers, how far the tempo may fall, and how far both may go.
     #[inline(always)]
-    pub(super) fn steps(&self, mu: f64, work: &mut Work) -> (f64, Sums) {
-        let mut sums = Sums::ZERO;
+    pub(super) fn steps(&self, mu: f64, work: &mut SolverVectors) -> (f64, RowSums) {
+        let mut sums = RowSums::ZERO;
         // Highest part of b that a full step takes.
         let mut taken = Lanes::ZERO;
         let (mut singles, mut pairs) = (work.single.iter_mut(), work.pairs.iter_mut());

@@ -39,7 +39,7 @@ fn at_part([b0, b1, b2, b3]: &[f64; 4], x: f64) -> [f64; 3] {
     [b0 + x * (b1 + x * (b2 + x * b3)), b1 + x * (2.0 * b2 + 3.0 * x * b3), 2.0 * b2 + 6.0 * x * b3]
 }
 
-fn speed(node: &Node) -> Names {
+fn speed(node: &TempoNode) -> Names {
     Names::from(node.speed > 0.0) << SPEED
 }
 
@@ -63,7 +63,7 @@ fn loads_of(row: &JointRow, [b, b1, b2]: [f64; 3]) -> [f64; 2] {
 
 /// A place where limits are kept.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
+pub(super) struct TempoNode {
     /// Interval, and part of it.
     pub(super) k: usize,
     pub(super) tau: f64,
@@ -90,7 +90,7 @@ pub(super) struct Problem {
     /// Lengths of the intervals, and their begins in the time of the first law.
     pub(super) lengths: Vec<f64>,
     pub(super) begins: Vec<f64>,
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<TempoNode>,
     /// Joints of the first node, of the second, and so on.
     pub(super) joints: Vec<JointRow>,
     /// Number of joints with rows, and which joints of the machine they are.
@@ -237,7 +237,7 @@ impl Problem {
             nodes.push(node);
             joints.extend_from_slice(&self.joints[at * count..(at + 1) * count]);
             while let Some((_, tau)) = next.next_if(|p| p.0 == at) {
-                nodes.push(Node { tau: *tau, twin: false, weight: 0.0, speed: 0.0, lead: 0.0, ..node });
+                nodes.push(TempoNode { tau: *tau, twin: false, weight: 0.0, speed: 0.0, lead: 0.0, ..node });
                 joints.extend(rows(node.cell, self.begins[node.k] + tau * self.lengths[node.k]));
             }
         }
@@ -316,7 +316,7 @@ impl Problem {
             scale: self.scale,
             lengths: self.lengths[from..to].to_vec(),
             begins: self.begins[from..to].to_vec(),
-            nodes: self.nodes[first..last].iter().map(|n| Node { k: n.k - from, ..*n }).collect(),
+            nodes: self.nodes[first..last].iter().map(|n| TempoNode { k: n.k - from, ..*n }).collect(),
             joints: self.joints[first * self.count..last * self.count].to_vec(),
             count: self.count,
             used: self.used.clone(),

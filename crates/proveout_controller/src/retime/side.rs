@@ -15,7 +15,7 @@ pub(super) const INSIDE: f64 = 0.02;
 
 /// Slacks and multipliers of a row with their steps.
 #[derive(Clone, Copy)]
-pub(super) struct Side {
+pub(super) struct RowSlacks {
     pub(super) slack: Lanes,
     /// One over the slack.
     pub(super) over: Lanes,
@@ -26,13 +26,13 @@ pub(super) struct Side {
 /// How far a search goes along its last step: parts of the step of tempo and slacks and of that of the multipliers, and the product of
 /// slack and multiplier that it aimed at.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Going {
+pub(super) struct SolverStep {
     pub(super) primal: f64,
     pub(super) dual: f64,
     pub(super) aim: f64,
 }
 
-impl Side {
+impl RowSlacks {
     /// Begins as a new row, with a mean product of slack and multiplier and no less than some slack.
     pub(super) fn begun(value: Lanes, [mu, least]: [f64; 2]) -> Self {
         let slack = (-value).each(|slack| slack.max(least));
@@ -59,7 +59,7 @@ impl Side {
     /// Takes the step; `value` is the row's value after it. Returns multiplier over slack, and that
     /// times the sum of value and slack.
     #[inline(always)]
-    pub(super) fn advance(&mut self, value: Lanes, going: Going, sums: &mut Sums) -> (Lanes, Lanes) {
+    pub(super) fn advance(&mut self, value: Lanes, going: SolverStep, sums: &mut RowSums) -> (Lanes, Lanes) {
         let s = self.slack + self.slack_step * going.primal;
         let l = self.multiplier + self.multiplier_step(self.slack_step, going.aim) * going.dual;
         sums.excess = sums.excess.higher(value + s);
@@ -73,7 +73,7 @@ impl Side {
 
     /// The step, where the row changes by this amount.
     #[inline(always)]
-    pub(super) fn step(&mut self, value: Lanes, change: Lanes, aim: f64, sums: &mut Sums) {
+    pub(super) fn step(&mut self, value: Lanes, change: Lanes, aim: f64, sums: &mut RowSums) {
         let ds = -(value + self.slack) - change;
         let (dl, l) = (self.multiplier_step(ds, aim), self.multiplier);
         sums.primal = sums.primal.higher(-ds * self.over);
@@ -87,7 +87,7 @@ impl Side {
 }
 
 /// Sums and extremes over all rows, lane by lane.
-pub(super) struct Sums {
+pub(super) struct RowSums {
     pub(super) gap: Lanes,
     pub(super) excess: Lanes,
     /// Highest part of a slack and of a multiplier that a full step takes.
@@ -97,7 +97,7 @@ pub(super) struct Sums {
     bound: f64,
 }
 
-impl Sums {
+impl RowSums {
     pub(super) const ZERO: Self = Self {
         gap: Lanes::ZERO,
         excess: Lanes::ZERO,

@@ -2,7 +2,7 @@
 
 use super::{
     field::Field,
-    grid::{Probe, Spot},
+    grid::{LimitExcess, Probe},
     problem::{MARGIN, Problem, RELAXED},
     stages::Stages,
 };
@@ -30,7 +30,7 @@ const NEW: f64 = 0.05;
 const AT_ONCE: f64 = 0.003;
 
 /// What was found for a region.
-pub(super) struct Solved {
+pub(super) struct RegionTempo {
     pub(super) from: f64,
     pub(super) to: f64,
     field: Field,
@@ -41,14 +41,14 @@ pub(super) struct Solved {
     /// Something was found at the begin.
     begun: bool,
     /// Places where samples passed limits since.
-    pub(super) spots: Vec<Spot>,
+    pub(super) spots: Vec<LimitExcess>,
     /// Lowered since, where samples passed limits by little.
     dipped: bool,
     /// How often it was slowed down on plateaus.
     pub(super) levels: usize,
 }
 
-impl Solved {
+impl RegionTempo {
     pub(super) fn new(
         (probe, stages): (&mut Probe<'_>, &mut Stages),
         field: Field,
@@ -111,7 +111,7 @@ impl Solved {
         let mut problem = self.field.between([begin, end]);
         let before = &self.c[2 * begin..2 * end + 2];
         let mut c = before.to_vec();
-        problem.quicken(&mut c);
+        problem.seed_tempo(&mut c);
         let good = stages.run(probe, &mut problem, &mut c);
         let after = worst(&problem, &c, &stages.relaxed);
         let good = good && after <= ALLOWED;
@@ -124,7 +124,7 @@ impl Solved {
     }
 
     /// Places a point at a spot, or tightens the points around it where the rows do not see the excess there.
-    fn tighten(&mut self, probe: &mut Probe<'_>, spot: &Spot) -> Option<usize> {
+    fn tighten(&mut self, probe: &mut Probe<'_>, spot: &LimitExcess) -> Option<usize> {
         let begins = &self.field.whole().begins;
         let k = begins[..self.field.len()].partition_point(|b| *b <= spot.at).saturating_sub(1);
         let (mut p, c) = (self.field.between([k, k + 1]), &self.c[2 * k..2 * k + 4]);
@@ -187,7 +187,7 @@ impl Solved {
     ///
     /// Acceleration falls with e, jerk with 3/2 e; what the slope of the factor adds to the jerk, e v w''/4, is below a third
     /// of e J. A dip always exists, where rows that are tightened may contradict each other.
-    pub(super) fn dip(&mut self, spots: &[&Spot]) {
+    pub(super) fn lower_tempo_at(&mut self, spots: &[&LimitExcess]) {
         let n = self.field.whole().lengths.len();
         let mut factors = vec![[1.0, 0.0]; n + 1];
         for spot in spots {
@@ -221,7 +221,7 @@ impl Solved {
     ///   ___.-''  |    x     |  ''-.___     given ends stay
     ///       0.25 s   1 s   1 s  0.25 s
     /// ```
-    pub(super) fn level(&mut self, spots: &[&Spot]) {
+    pub(super) fn level(&mut self, spots: &[&LimitExcess]) {
         let n = self.field.whole().lengths.len();
         let ramp = |x: f64, long: f64| {
             let (sin, cos) = (std::f64::consts::FRAC_PI_2 * (x / long).clamp(0.0, 1.0)).sin_cos();

@@ -22,9 +22,9 @@ use pulp::{Simd, WithSimd};
 use super::{
     band::factor_and_solve,
     lanes::Lanes,
-    part::{Names, Part, Slot},
+    part::{LaneNodes, LaneRows, Names},
     problem::Problem,
-    side::{Going, Side, TO_BORDER},
+    side::{RowSlacks, SolverStep, TO_BORDER},
 };
 
 /// Most iterations; 8 to 14 are usual.
@@ -47,10 +47,10 @@ const STUCK: f64 = 1e-7;
 
 /// Vectors that live through the iterations.
 #[derive(Default)]
-pub(super) struct Work {
+pub(super) struct SolverVectors {
     /// Rows of one side and of both, of the first slot, of the second, and so on.
-    pub(super) single: Vec<Side>,
-    pub(super) pairs: Vec<[Side; 2]>,
+    pub(super) single: Vec<RowSlacks>,
+    pub(super) pairs: Vec<[RowSlacks; 2]>,
     /// b, b', b'' and 1/sqrt(b) of each slot.
     pub(super) states: Vec<[Lanes; 4]>,
     /// Diagonal and the three above it.
@@ -62,9 +62,9 @@ pub(super) struct Work {
 
 /// A search that can go on: its rows, their slacks and multipliers, and the mean product of both.
 #[derive(Default)]
-pub(super) struct Search {
-    part: Part,
-    work: Work,
+pub(super) struct TempoSolver {
+    part: LaneRows,
+    work: SolverVectors,
     mean: f64,
 }
 
@@ -73,24 +73,24 @@ pub(super) const NEW: usize = usize::MAX;
 
 /// What a search goes on from: another one, and the nodes there of those here.
 pub(super) struct Before<'a> {
-    pub(super) search: &'a Search,
+    pub(super) search: &'a TempoSolver,
     pub(super) nodes: &'a [usize],
 }
 
 impl Before<'_> {
     /// Slot and lane of a node there.
-    pub(super) fn slot(&self, node: usize) -> Option<(&Slot, usize)> {
+    pub(super) fn slot(&self, node: usize) -> Option<(&LaneNodes, usize)> {
         self.search.part.place(*self.nodes.get(node)?)
     }
 
     /// Slack and multiplier of the row of speed.
-    pub(super) fn single(&self, (slot, lane): (&Slot, usize)) -> Option<[f64; 2]> {
+    pub(super) fn single(&self, (slot, lane): (&LaneNodes, usize)) -> Option<[f64; 2]> {
         let side = self.search.work.single.get(slot.single()?)?;
         Some(roomy(side.of_lane(lane)))
     }
 
     /// Those of both sides of another row.
-    pub(super) fn pair(&self, (slot, lane): (&Slot, usize), name: usize) -> Option<[[f64; 2]; 2]> {
+    pub(super) fn pair(&self, (slot, lane): (&LaneNodes, usize), name: usize) -> Option<[[f64; 2]; 2]> {
         let both = self.search.work.pairs.get(slot.pair(name)?)?;
         Some([0, 1].map(|side: usize| roomy(both[side].of_lane(lane))))
     }
@@ -102,16 +102,16 @@ fn roomy([slack, multiplier]: [f64; 2]) -> [f64; 2] {
 }
 
 /// A search on the widest vectors that the processor has.
-struct Fastest<'a> {
-    part: &'a Part,
-    work: &'a mut Work,
+struct VectorSearch<'a> {
+    part: &'a LaneRows,
+    work: &'a mut SolverVectors,
     c: &'a mut [f64],
     mean: &'a mut f64,
     /// The gap up to which is searched.
     to: f64,
 }
 
-impl WithSimd for Fastest<'_> {
+impl WithSimd for VectorSearch<'_> {
     type Output = bool;
 
     #[inline(always)]
@@ -120,7 +120,7 @@ impl WithSimd for Fastest<'_> {
     }
 }
 
-impl Search {
+impl TempoSolver {
     /// Looks for the fastest tempo from `c` on, up to a gap, under the rows named node by node; the
     /// given unknowns stay. It resumes from the state of an earlier search, or starts over. Returns
     /// false if it does not get there.
@@ -144,25 +144,25 @@ impl Search {
         work.matrix.resize(n, [0.0; 4]);
         work.right.resize(n, 0.0);
         work.central.resize(n, 0.0);
-        pulp::Arch::new().dispatch(Fastest { part: &self.part, work, c, mean: &mut self.mean, to })
+        pulp::Arch::new().dispatch(VectorSearch { part: &self.part, work, c, mean: &mut self.mean, to })
     }
 }
 
-impl Part {
+impl LaneRows {
     #[inline(always)]
-    fn search(&self, c: &mut [f64], to: f64, work: &mut Work, mean: &mut f64) -> bool {
+    fn search(&self, c: &mut [f64], to: f64, work: &mut SolverVectors, mean: &mut f64) -> bool {
         let start = self.time(c);
         let total = self.rows() as f64;
         let mut mu = *mean;
         // Nothing before the first step.
-        let mut going: Option<Going> = None;
+        let mut going: Option<SolverStep> = None;
         for _ in 0..=ITERATIONS {
             let sums = self.assemble(c, going.unwrap_or_default(), work);
             let (gap, excess) = (sums.gap.sum(), sums.excess.highest());
             if !gap.is_finite() || gap > DIVERGED * start || going.is_some_and(|going| going.primal < STUCK) {
                 return false; // rows that contradict each other
             }
-            if let Some(Going { primal, dual, .. }) = going {
+            if let Some(SolverStep { primal, dual, .. }) = going {
                 if gap < to * start && excess < EXCESS {
                     *mean = gap / total;
                     return true;
@@ -186,7 +186,7 @@ impl Part {
             let (within, sums) = self.steps(mu, work);
             let full = |part: f64| if part > TO_BORDER { TO_BORDER / part } else { 1.0 };
             let primal = within.min(full(sums.primal.highest()));
-            going = Some(Going { primal, dual: full(sums.dual.highest()), aim: mu });
+            going = Some(SolverStep { primal, dual: full(sums.dual.highest()), aim: mu });
             for (c, d) in c.iter_mut().zip(&work.right) {
                 *c += primal * d;
             }

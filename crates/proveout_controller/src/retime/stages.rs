@@ -14,7 +14,7 @@ use super::{
     grid::Probe,
     part::{Names, SPEED},
     problem::{Loads, Problem},
-    solver::{Before, GAP, NEW, Search},
+    solver::{Before, GAP, NEW, TempoSolver},
 };
 
 /// Part of the highest load of all above which a joint's rows take part from the begin.
@@ -35,9 +35,9 @@ const FAR_BESIDE: usize = 30;
 /// Searches with their room, for one problem after the other: what a search has grown to is not asked of the system again.
 #[derive(Default)]
 pub(crate) struct Stages {
-    now: Search,
-    before: Search,
-    local: Search,
+    now: TempoSolver,
+    before: TempoSolver,
+    local: TempoSolver,
     /// Of the nodes of the problem those in the search `now`.
     nodes: Vec<usize>,
     /// Rows that take part, node by node.

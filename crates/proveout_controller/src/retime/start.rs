@@ -23,7 +23,7 @@ impl Problem {
     ///     b_l o--'                 \       u from 0 to 1 over the ramp from either of them
     ///     b_r |                     '--o
     /// ```
-    pub(super) fn quicken(&self, c: &mut [f64]) {
+    pub(super) fn seed_tempo(&self, c: &mut [f64]) {
         let n = self.lengths.len();
         let given = |k: usize| k == 0 && self.fixed[0] || k == n && self.fixed[1];
         let known: Vec<usize> = (0..=n).filter(|k| given(*k) || c[2 * k..2 * k + 2] != [1.0, 0.0]).collect();
@@ -74,7 +74,7 @@ mod tests {
                 let mut c = problem.even();
                 found.clone().for_each(|k| (c[2 * k], c[2 * k + 1]) = (3.0, 0.0));
                 let before = c.clone();
-                problem.quicken(&mut c);
+                problem.seed_tempo(&mut c);
                 let known = |k: usize| found.contains(&k) || k == 0 && fixed[0] || k == n as usize && fixed[1];
                 for k in 0..=n as usize {
                     let (b, slope) = (c[2 * k], c[2 * k + 1] / 0.004);

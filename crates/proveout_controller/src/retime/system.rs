@@ -2,7 +2,7 @@
 
 use super::{
     lanes::{LANES, Lanes},
-    solver::Work,
+    solver::SolverVectors,
 };
 
 /// What eight intervals give to the system of their unknowns: upper triangle row by row, and both right sides.
@@ -38,7 +38,7 @@ impl System {
 
     /// Adds it to the whole.
     #[inline(always)]
-    pub(super) fn put(&self, first: &[usize; LANES], work: &mut Work) {
+    pub(super) fn put(&self, first: &[usize; LANES], work: &mut SolverVectors) {
         for lane in 0..LANES {
             let mut place = 0;
             for i in 0..4 {

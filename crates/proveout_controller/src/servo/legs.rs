@@ -19,7 +19,7 @@
 
 use proveout_machine::{JointValues, Machine, Platform, PlatformError};
 
-use super::step::Reference;
+use super::step::SetPointRates;
 use crate::output::Sample;
 
 /// The legs of a machine; without a platform every drive moves its joint.
@@ -78,7 +78,7 @@ impl Legs {
     }
 
     /// The drives' set points between two samples of the plan, a time `gap` apart.
-    pub(crate) fn references(&self, last: &Sample, next: &Sample, gap: f64) -> impl Fn(usize) -> Reference {
+    pub(crate) fn references(&self, last: &Sample, next: &Sample, gap: f64) -> impl Fn(usize) -> SetPointRates {
         let [from, to] = [last, next].map(|s| self.of_joints(&s.commanded, &s.velocity));
         move |j| cubic(gap, to[0][j] - from[0][j], from[1][j], to[1][j])
     }
@@ -135,9 +135,9 @@ pub fn leg_names(machine: &Machine, joint: usize) -> Option<String> {
 }
 
 /// The cubic over a time `h` with a way and the velocities at both ends.
-pub(crate) fn cubic(h: f64, way: f64, v0: f64, v1: f64) -> Reference {
+pub(crate) fn cubic(h: f64, way: f64, v0: f64, v1: f64) -> SetPointRates {
     let slope = way / h;
-    Reference {
+    SetPointRates {
         velocity: v0,
         acceleration: (6.0 * slope - 4.0 * v0 - 2.0 * v1) / h,
         jerk: 6.0 * (v0 + v1 - 2.0 * slope) / (h * h),

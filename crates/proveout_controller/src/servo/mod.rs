@@ -7,7 +7,9 @@
 //! * [`size_drives`] – drives by a rule where none are published.
 //! * `stage` – the stream of the planned run turned into the actual one.
 
+mod backlash;
 pub(crate) mod contour;
+mod friction;
 mod legs;
 mod linear;
 mod model;
@@ -21,4 +23,4 @@ pub use legs::leg_names;
 pub use model::{DriveFault, DriveModel};
 pub use plant_run::{Plant, without_drive};
 pub use sizing::{SizedDrive, largest_loads, size_drives};
-pub use step::{DriveState, Reference};
+pub use step::{DriveState, SetPointRates};

@@ -17,7 +17,7 @@
 //! ```
 //!
 //! A stiff drive has x1 = x2 and one equation for M; its lost motion is a play operator after the
-//! mass. f is dry friction (see `step.rs`), w what the bodies put on the load. Where phi would pass
+//! mass. f is dry friction (see `friction.rs`), w what the bodies put on the load. Where phi would pass
 //! the force limit S, the motor gives S and the integrator follows by back-calculation with the
 //! time Tn (Åström and Hägglund 2006, section 3.5), which makes it `i. = (S - beta r.. - i) / Tn`:
 //! linear again. So each mode (loop closed or saturated, flanks touching or apart) is a linear
@@ -41,7 +41,10 @@
 use proveout_machine::{Drive, Encoder, VelocityGain};
 use thiserror::Error;
 
-use super::linear::{ACCELERATION, FRICTION, INPUTS, LOAD, MOTOR, Map, OFFSET, RATE};
+use super::{
+    friction::Friction,
+    linear::{ACCELERATION, FRICTION, INPUTS, LOAD, MOTOR, Map, OFFSET, RATE},
+};
 use crate::pieces::WHOLE;
 
 /// Longest inner step, s: the usual cycle of a drive's velocity loop.
@@ -65,7 +68,7 @@ pub struct DriveFault {
 
 /// Closed loop and saturated motor.
 #[derive(Clone, Debug)]
-pub(crate) struct Pair<const N: usize> {
+pub(crate) struct LoopMaps<const N: usize> {
     pub(crate) closed: Map<N>,
     pub(crate) saturated: Map<N>,
     /// Closed loop over half a control cycle, for a drive that keeps its mode all the way; none where modes must be watched.
@@ -75,8 +78,8 @@ pub(crate) struct Pair<const N: usize> {
 /// States: motor error, velocity, integral (stiff); motor error, motor velocity, load error, load velocity, integral.
 #[derive(Clone, Debug)]
 pub(crate) enum Mechanics {
-    Stiff(Box<Pair<3>>),
-    Elastic { touching: Box<Pair<5>>, apart: Box<Pair<5>> },
+    Stiff(Box<LoopMaps<3>>),
+    Elastic { touching: Box<LoopMaps<5>>, apart: Box<LoopMaps<5>> },
 }
 
 /// The control law over M.
@@ -100,14 +103,6 @@ impl Law {
             + integral
             + self.acceleration_forward * acceleration
     }
-}
-
-/// Dry friction over M.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Friction {
-    pub(crate) coulomb: f64,
-    pub(crate) stiction: f64,
-    pub(crate) stribeck: f64,
 }
 
 /// Elasticity over M: stiffness, damping.
@@ -304,7 +299,7 @@ fn integrator<const N: usize>(law: &Law, closed: bool, z: &[f64; N], u: &[f64; I
     (row, inputs)
 }
 
-fn stiff(law: &Law, viscous: f64, step: f64, half: Option<f64>) -> Pair<3> {
+fn stiff(law: &Law, viscous: f64, step: f64, half: Option<f64>) -> LoopMaps<3> {
     let map = |closed: bool, step: f64| {
         let (z, u) = control::<3>(law, 0, true);
         let (i_row, i_inputs) = integrator(law, closed, &z, &u);
@@ -326,10 +321,17 @@ fn stiff(law: &Law, viscous: f64, step: f64, half: Option<f64>) -> Pair<3> {
         }
         Map::new(&f, &g, step)
     };
-    Pair { closed: map(true, step), saturated: map(false, step), half: half.map(|h| map(true, h)) }
+    LoopMaps { closed: map(true, step), saturated: map(false, step), half: half.map(|h| map(true, h)) }
 }
 
-fn elastic(law: &Law, viscous: f64, share: [f64; 2], spring: Spring, on_load: bool, [step, half]: [f64; 2]) -> Pair<5> {
+fn elastic(
+    law: &Law,
+    viscous: f64,
+    share: [f64; 2],
+    spring: Spring,
+    on_load: bool,
+    [step, half]: [f64; 2],
+) -> LoopMaps<5> {
     let Spring { stiffness: k, damping: d } = spring;
     let [m1, m2] = share;
     let map = |closed: bool, step: f64| {
@@ -363,5 +365,5 @@ fn elastic(law: &Law, viscous: f64, share: [f64; 2], spring: Spring, on_load: bo
         }
         Map::new(&f, &g, step)
     };
-    Pair { closed: map(true, step), saturated: map(false, step), half: (half > 0.0).then(|| map(true, half)) }
+    LoopMaps { closed: map(true, step), saturated: map(false, step), half: (half > 0.0).then(|| map(true, half)) }
 }

@@ -13,7 +13,7 @@ use proveout_machine::{Drive, JointValues, MAX_JOINTS, Machine};
 use super::{
     legs::Legs,
     model::{DriveModel, FROM_NEWTON},
-    step::{DriveState, Reference},
+    step::{DriveState, SetPointRates},
 };
 use crate::{
     dynamics::{RapierPlant, RigidTree},
@@ -180,7 +180,7 @@ impl Bank {
     }
 
     /// One control cycle: the set points run from `begin` along `references`; `loads` as of [`Bank::loads`].
-    pub(crate) fn cycle(&mut self, begin: &JointValues, references: &[Reference; MAX_JOINTS], loads: &JointValues) {
+    pub(crate) fn cycle(&mut self, begin: &JointValues, references: &[SetPointRates; MAX_JOINTS], loads: &JointValues) {
         match &mut self.rapier {
             None => {
                 for (j, (model, state)) in self.models.iter().zip(&mut self.states).enumerate() {
@@ -198,7 +198,7 @@ impl RapierRun {
         models: &[DriveModel],
         states: &mut [DriveState],
         begin: &JointValues,
-        references: &[Reference; MAX_JOINTS],
+        references: &[SetPointRates; MAX_JOINTS],
     ) {
         let h = self.step;
         for k in 0..self.steps {
@@ -226,7 +226,7 @@ impl RapierRun {
 
 impl DriveModel {
     /// Sampled control and motor of one step in front of an outer plant; gives the force on the load over M.
-    fn on_load(&self, s: &mut DriveState, r: &Reference, rest: f64, h: f64) -> f64 {
+    fn on_load(&self, s: &mut DriveState, r: &SetPointRates, rest: f64, h: f64) -> f64 {
         let law = &self.law;
         let feedback = match self.encoder {
             proveout_machine::Encoder::Motor => s.motor_error,
@@ -262,7 +262,7 @@ impl DriveModel {
     }
 
     /// Takes over where the outer plant has brought the load, `error` and velocity at the end of the step.
-    fn moved(&self, s: &mut DriveState, r: &Reference, error: f64, velocity: f64, h: f64) {
+    fn moved(&self, s: &mut DriveState, r: &SetPointRates, error: f64, velocity: f64, h: f64) {
         let before = s.load_velocity;
         if self.spring.is_some() {
             s.motor_error += r.way(h) - h * s.motor_velocity;

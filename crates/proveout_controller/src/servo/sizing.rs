@@ -91,9 +91,9 @@ fn rounded(value: f64, digits: i32, up: bool) -> f64 {
 }
 
 /// Random numbers of a fixed seed between -1 and 1 (xorshift64*, Vigna 2016).
-struct Numbers(u64);
+struct Xorshift(u64);
 
-impl Numbers {
+impl Xorshift {
     fn next(&mut self) -> f64 {
         self.0 ^= self.0 >> 12;
         self.0 ^= self.0 << 25;
@@ -105,7 +105,7 @@ impl Numbers {
 
 /// Largest loads (N, N mm) over `states` random states at the limits of acceleration.
 pub fn largest_loads(machine: &Machine, tree: &RigidTree, states: u32, seed: u64) -> JointValues {
-    let mut numbers = Numbers(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+    let mut numbers = Xorshift(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
     let mut largest = JointValues::ZERO;
     for _ in 0..states {
         let [mut q, mut v, mut a] = [JointValues::ZERO; 3];

@@ -23,8 +23,8 @@ use super::{
     contour::Contour,
     legs::Motion,
     plant_run::Bank,
-    step::Reference,
-    trail::{Knot, SpanOf, Trail, cubic_bound},
+    step::SetPointRates,
+    trail::{ServoKnot, SpanOf, Trail, cubic_bound},
 };
 use crate::{
     error::ControlError,
@@ -47,7 +47,7 @@ const TO_WATT: f64 = 1e-3;
 
 /// A stretch of planned motion of one block.
 #[derive(Clone, Copy, Debug)]
-struct Span {
+struct BlockSpan {
     time: [f64; 2],
     block: u32,
     kind: MoveKind,
@@ -55,7 +55,7 @@ struct Span {
 
 /// Worst saturation of a drive in the block under way.
 #[derive(Clone, Copy, Debug)]
-struct Saturated {
+struct WorstSaturation {
     time: f64,
     block: u32,
     demand: f64,
@@ -79,7 +79,7 @@ pub(crate) struct ServoStage<'m> {
     of_platforms: [JointValues; 2],
     /// Pose of the tool at the last knot.
     pose: ToolPose,
-    spans: VecDeque<Span>,
+    spans: VecDeque<BlockSpan>,
     blocks: VecDeque<BlockRecord>,
     events: VecDeque<Event>,
     lengths: VecDeque<(f64, f64)>,
@@ -90,7 +90,7 @@ pub(crate) struct ServoStage<'m> {
     done: f64,
     kind: MoveKind,
     block: u32,
-    saturated: [Option<Saturated>; MAX_JOINTS],
+    saturated: [Option<WorstSaturation>; MAX_JOINTS],
     uses: [DriveUse; MAX_JOINTS],
     low: JointValues,
     high: JointValues,
@@ -210,7 +210,7 @@ impl<'m> ServoStage<'m> {
                 Some(s) if s.block == piece.block && s.kind == piece.kind && s.time[1] == piece.time[0] => {
                     s.time[1] = piece.time[1];
                 }
-                _ => self.spans.push_back(Span { time: piece.time, block: piece.block, kind: piece.kind }),
+                _ => self.spans.push_back(BlockSpan { time: piece.time, block: piece.block, kind: piece.kind }),
             }
         }
         self.blocks.extend(chunk.blocks.drain(..));
@@ -308,7 +308,7 @@ impl<'m> ServoStage<'m> {
         let mut k = 1.0;
         while k < cycles {
             let now = Sample { time: last.time + k * self.cycle, block: next.block, ..hold };
-            self.cycle(&last.commanded, &[Reference::default(); MAX_JOINTS], &loads, &now)?;
+            self.cycle(&last.commanded, &[SetPointRates::default(); MAX_JOINTS], &loads, &now)?;
             k += 1.0;
             if k * self.cycle > SETTLING && self.rests() {
                 break;
@@ -336,7 +336,7 @@ impl<'m> ServoStage<'m> {
         let mut now = Sample { velocity: zero, acceleration: zero, ..last };
         while now.time - last.time < LAST_SETTLING && !self.rests() {
             now.time += self.cycle;
-            self.cycle(&last.commanded, &[Reference::default(); MAX_JOINTS], &loads, &now)?;
+            self.cycle(&last.commanded, &[SetPointRates::default(); MAX_JOINTS], &loads, &now)?;
         }
         self.last = Some(now);
         Ok(())
@@ -346,7 +346,7 @@ impl<'m> ServoStage<'m> {
     fn cycle(
         &mut self,
         begin: &JointValues,
-        references: &[Reference; MAX_JOINTS],
+        references: &[SetPointRates; MAX_JOINTS],
         loads: &JointValues,
         to: &Sample,
     ) -> Result<(), Box<ControlError>> {
@@ -408,14 +408,14 @@ impl<'m> ServoStage<'m> {
         self.pose = self.machine.actual_forward(&self.actual[0], self.sample_length);
         let (tool_length, pose) = (self.sample_length, self.pose);
         let [q, v] = [self.actual[0], self.actual[1]];
-        self.trail.push(Knot { time, q, v, block, bound, joint_bound, tool_length, pose });
+        self.trail.push(ServoKnot { time, q, v, block, bound, joint_bound, tool_length, pose });
     }
 
     fn saturation(&mut self, joint: usize, demand: f64, at: &Sample) {
         if self.saturated[joint].is_some_and(|s| s.block != at.block) {
             self.close(joint);
         }
-        let worst = self.saturated[joint].get_or_insert(Saturated { time: at.time, block: at.block, demand });
+        let worst = self.saturated[joint].get_or_insert(WorstSaturation { time: at.time, block: at.block, demand });
         if demand.abs() > worst.demand.abs() {
             (worst.time, worst.demand) = (at.time, demand);
         }

@@ -1,17 +1,5 @@
 //! The changing part of a drive and its inner step.
 //!
-//! *Dry friction* is a set at rest: any force up to the static one. It is taken at the end of the step (implicit, Acary
-//! and Brogliato 2008, chapter 14): the linear map gives the velocity without friction and what a constant friction force
-//! adds to it, `v = free + gain f` with gain > 0, so that
-//!
-//! ```text
-//!   |free / gain| <= level   it sticks: f = -free / gain, v = 0 exactly
-//!   else                     it slips:  f = -level sign(free), and v keeps the sign of free
-//! ```
-//!
-//! has one solution at any step: no chatter, no threshold of velocity. The level follows the Stribeck curve
-//! `Fc + (Fs - Fc) exp(-(v / vs)^2)` (Tustin 1947; Armstrong-Hélouvry 1994) at the velocity before the step.
-//!
 //! *Saturation.* A step begins saturated when the control asks for more than the limit; a step that would end beyond it is
 //! taken again with the limit, so that the force never passes it.
 //!
@@ -21,15 +9,12 @@
 //! force have kept their sides at begin, middle and end, with a distance larger than they change in
 //! between; otherwise the cycle is made in inner steps. In a stiff drive that sticks while its set
 //! point is constant only the integrator winds up, along a line.
-//!
-//! *Lost motion.* Elastic: the flank that touches is known from x1 - x2 at the begin of the step. Stiff: the load is
-//! pushed by the flanks and stays or falls between them.
 
 use proveout_machine::Encoder;
 
 use super::{
     linear::{FRICTION, INPUTS, LOAD, MOTOR, Map, OFFSET},
-    model::{DriveModel, Friction, Mechanics, Pair},
+    model::{DriveModel, LoopMaps, Mechanics},
 };
 
 /// kg mm²/s³ make W.
@@ -37,7 +22,7 @@ const TO_WATT: f64 = 1e-6;
 
 /// The set point's derivatives; the jerk is constant over the time for which they are used.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reference {
+pub struct SetPointRates {
     /// mm/s or rad/s.
     pub velocity: f64,
     /// mm/s² or rad/s².
@@ -46,7 +31,7 @@ pub struct Reference {
     pub jerk: f64,
 }
 
-impl Reference {
+impl SetPointRates {
     /// Way within a time.
     pub(crate) fn way(&self, h: f64) -> f64 {
         h * (self.velocity + h * (0.5 * self.acceleration + h * self.jerk / 6.0))
@@ -152,28 +137,6 @@ impl DriveState {
     }
 }
 
-impl Friction {
-    /// Level at a velocity.
-    pub(crate) fn level(&self, velocity: f64) -> f64 {
-        if self.stiction <= self.coulomb || self.stribeck <= 0.0 {
-            return self.coulomb;
-        }
-        let x = velocity / self.stribeck;
-        self.coulomb + (self.stiction - self.coulomb) * (-x * x).exp()
-    }
-
-    /// Force of friction, and whether the mass sticks.
-    #[inline]
-    pub(crate) fn force(&self, free: f64, gain: f64, velocity: f64) -> (f64, bool) {
-        if self.stiction == 0.0 {
-            return (0.0, false);
-        }
-        let level = self.level(velocity);
-        let need = -free / gain;
-        if need.abs() <= level { (need, true) } else { (level * need.signum(), false) }
-    }
-}
-
 impl DriveModel {
     /// A drive at rest on its set point that holds the load's force (N or N mm, positive in the direction of growing
     /// values): the integral part carries it; without one the drive sags.
@@ -208,7 +171,7 @@ impl DriveModel {
 
     /// One control cycle: the reference runs on from `reference` with constant jerk; `load` is the force on the load, N or
     /// N mm.
-    pub fn cycle(&self, state: &mut DriveState, reference: Reference, load: f64) {
+    pub fn cycle(&self, state: &mut DriveState, reference: SetPointRates, load: f64) {
         let w = self.per_mass(load) + self.counterbalance;
         if self.glides(state, &reference, w) || self.stands(state, &reference, w) {
             return;
@@ -221,7 +184,7 @@ impl DriveModel {
     }
 
     /// A whole cycle in two maps, if the drive keeps its mode; false, and nothing is changed, where it may not.
-    fn glides(&self, s: &mut DriveState, r: &Reference, w: f64) -> bool {
+    fn glides(&self, s: &mut DriveState, r: &SetPointRates, w: f64) -> bool {
         match &self.mechanics {
             Mechanics::Stiff(pair) => {
                 let Some(half) = &pair.half else { return false };
@@ -254,7 +217,7 @@ impl DriveModel {
         s: &mut DriveState,
         z: [f64; N],
         [error, moving]: [usize; 2],
-        r: &Reference,
+        r: &SetPointRates,
         w: f64,
     ) -> Option<[([f64; N], f64); 2]> {
         let (law, h) = (&self.law, 0.5 * self.step * self.steps as f64);
@@ -266,7 +229,7 @@ impl DriveModel {
         if dry && z[moving].abs() <= slowest {
             return None;
         }
-        let demand = |z: &[f64; N], r: &Reference| law.demand(z[error], z[1], z[N - 1], r.velocity, r.acceleration);
+        let demand = |z: &[f64; N], r: &SetPointRates| law.demand(z[error], z[1], z[N - 1], r.velocity, r.acceleration);
         let pulled = |z: &[f64; N], force: f64| match self.spring {
             None => force - self.viscous * z[1] + friction + w,
             Some(k) => {
@@ -301,9 +264,9 @@ impl DriveModel {
 
     /// A whole cycle of a stiff drive that sticks under a standing set point; false, and nothing is changed, where it may
     /// move.
-    fn stands(&self, s: &mut DriveState, r: &Reference, w: f64) -> bool {
+    fn stands(&self, s: &mut DriveState, r: &SetPointRates, w: f64) -> bool {
         let Mechanics::Stiff(_) = self.mechanics else { return false };
-        let still = s.motor_velocity == 0.0 && *r == Reference::default() && self.half_backlash == 0.0;
+        let still = s.motor_velocity == 0.0 && *r == SetPointRates::default() && self.half_backlash == 0.0;
         if !still || self.friction.stiction == 0.0 {
             return false;
         }
@@ -324,7 +287,7 @@ impl DriveModel {
 
     /// One inner step; `w` over M.
     #[inline]
-    fn advance(&self, s: &mut DriveState, r: &Reference, w: f64) {
+    fn advance(&self, s: &mut DriveState, r: &SetPointRates, w: f64) {
         let before = s.load_velocity;
         let next = r.after(self.step);
         let force = match &self.mechanics {
@@ -351,13 +314,13 @@ impl DriveModel {
     #[inline]
     fn through<const N: usize>(
         &self,
-        pair: &Pair<N>,
+        pair: &LoopMaps<N>,
         s: &mut DriveState,
         z: [f64; N],
         u: &mut [f64; INPUTS],
         [error, moving]: [usize; 2],
         at: f64,
-        next: &Reference,
+        next: &SetPointRates,
     ) -> ([f64; N], f64) {
         let law = &self.law;
         let begin = law.demand(z[error] + at, z[1], z[N - 1], u[0], u[1]);
@@ -394,7 +357,7 @@ impl DriveModel {
         }
     }
 
-    fn stiff(&self, pair: &Pair<3>, s: &mut DriveState, r: &Reference, next: &Reference, w: f64) -> f64 {
+    fn stiff(&self, pair: &LoopMaps<3>, s: &mut DriveState, r: &SetPointRates, next: &SetPointRates, w: f64) -> f64 {
         let at = if self.encoder == Encoder::Load { s.play } else { 0.0 };
         let mut u = [r.velocity, r.acceleration, r.jerk, 0.0, w, 0.0, at];
         let z = [s.motor_error, s.motor_velocity, s.integral];
@@ -406,28 +369,15 @@ impl DriveModel {
         force
     }
 
-    /// Moves the load of a stiff drive through its lost motion.
-    pub(crate) fn push_load(&self, s: &mut DriveState, motor_way: f64, w: f64) {
-        if self.half_backlash == 0.0 {
-            s.load_velocity = s.motor_velocity;
-            return;
-        }
-        let held = w.abs() <= self.friction.stiction;
-        let own = if held {
-            0.0
-        } else {
-            let pull = (w - self.friction.coulomb * w.signum()) / self.share[1];
-            s.load_velocity + pull * self.step
-        };
-        s.play += motor_way - own * self.step;
-        s.load_velocity = own;
-        if s.play.abs() >= self.half_backlash {
-            s.play = self.half_backlash.copysign(s.play);
-            s.load_velocity = s.motor_velocity;
-        }
-    }
-
-    fn elastic(&self, pair: &Pair<5>, s: &mut DriveState, r: &Reference, next: &Reference, w: f64, offset: f64) -> f64 {
+    fn elastic(
+        &self,
+        pair: &LoopMaps<5>,
+        s: &mut DriveState,
+        r: &SetPointRates,
+        next: &SetPointRates,
+        w: f64,
+        offset: f64,
+    ) -> f64 {
         let mut u = [r.velocity, r.acceleration, r.jerk, 0.0, 0.0, 0.0, 0.0];
         (u[LOAD], u[OFFSET]) = (w, offset);
         let z = [s.motor_error, s.motor_velocity, s.load_error, s.load_velocity, s.integral];

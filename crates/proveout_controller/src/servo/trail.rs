@@ -25,7 +25,7 @@ use crate::{
 
 /// The joints at a control sample.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Knot {
+pub(crate) struct ServoKnot {
     pub(crate) time: f64,
     pub(crate) q: JointValues,
     pub(crate) v: JointValues,
@@ -43,7 +43,7 @@ pub(crate) struct Knot {
 /// Knots that are still needed, in order of time.
 #[derive(Debug, Default)]
 pub(crate) struct Trail {
-    knots: VecDeque<Knot>,
+    knots: VecDeque<ServoKnot>,
     /// The stretch in use, for forward walks.
     at: usize,
 }
@@ -59,7 +59,7 @@ const BENT: f64 = 1.2;
 const STANDS: f64 = 1e-9;
 
 #[derive(Clone, Copy)]
-struct Stance {
+struct TimedPose {
     time: f64,
     q: JointValues,
     pose: ToolPose,
@@ -76,7 +76,7 @@ pub(crate) struct SpanOf<'a> {
 }
 
 impl Trail {
-    pub(crate) fn push(&mut self, knot: Knot) {
+    pub(crate) fn push(&mut self, knot: ServoKnot) {
         self.knots.push_back(knot);
     }
 
@@ -146,19 +146,19 @@ impl Trail {
         }
     }
 
-    fn stance(&self, time: f64, of: &SpanOf<'_>) -> Stance {
+    fn stance(&self, time: f64, of: &SpanOf<'_>) -> TimedPose {
         let at = self.interval(time, self.at);
         let knots = self.knots.iter().skip(at).take(2);
         if let Some(k) = knots.into_iter().find(|k| k.time == time && k.tool_length == of.tool_length) {
-            return Stance { time, q: k.q, pose: k.pose };
+            return TimedPose { time, q: k.q, pose: k.pose };
         }
         let q = self.position(time, at);
-        Stance { time, q, pose: of.machine.actual_forward(&q, of.tool_length) }
+        TimedPose { time, q, pose: of.machine.actual_forward(&q, of.tool_length) }
     }
 
     fn cut_group(&self, times: &[f64], of: &SpanOf<'_>, emit: &mut dyn FnMut(Piece)) {
         // Nodes at even places, middles between them.
-        let mut stances: Vec<Stance> = Vec::with_capacity(2 * times.len());
+        let mut stances: Vec<TimedPose> = Vec::with_capacity(2 * times.len());
         for pair in times.windows(2) {
             stances.push(self.stance(pair[0], of));
             stances.push(self.stance(0.5 * (pair[0] + pair[1]), of));
@@ -167,7 +167,7 @@ impl Trail {
         self.cut_stances(&stances, of, emit);
     }
 
-    fn cut_stances(&self, stances: &[Stance], of: &SpanOf<'_>, emit: &mut dyn FnMut(Piece)) {
+    fn cut_stances(&self, stances: &[TimedPose], of: &SpanOf<'_>, emit: &mut dyn FnMut(Piece)) {
         let (Some(a), Some(b)) = (stances.first(), stances.last()) else { return };
         if stances.len() <= 3 {
             self.cut_interval(a, b, of, 0, emit);
@@ -192,7 +192,7 @@ impl Trail {
         self.cut_stances(&stances[middle..], of, emit);
     }
 
-    fn cut_interval(&self, a: &Stance, b: &Stance, of: &SpanOf<'_>, depth: u32, emit: &mut dyn FnMut(Piece)) {
+    fn cut_interval(&self, a: &TimedPose, b: &TimedPose, of: &SpanOf<'_>, depth: u32, emit: &mut dyn FnMut(Piece)) {
         let at = |part: f64| self.stance(a.time + (b.time - a.time) * part, of);
         let bound = self.bound(a.time, b.time);
         let mut worst = 0.0_f64;
@@ -209,7 +209,7 @@ impl Trail {
         self.cut_interval(&middle, b, of, depth + 1, emit);
     }
 
-    fn put(&self, a: &Stance, b: &Stance, deviation: f64, of: &SpanOf<'_>, emit: &mut dyn FnMut(Piece)) {
+    fn put(&self, a: &TimedPose, b: &TimedPose, deviation: f64, of: &SpanOf<'_>, emit: &mut dyn FnMut(Piece)) {
         let moved = (b.pose.tip - a.pose.tip).norm() + of.tool_length * (b.pose.axis - a.pose.axis).norm();
         let joint_deviation = self.joint_deviation(a, b, of.machine);
         let still = moved <= STANDS && deviation <= STANDS;
@@ -230,7 +230,7 @@ impl Trail {
     }
 
     /// How far each joint leaves the straight motion: the cubics at the quarters and at the knots within, and what they are off.
-    fn joint_deviation(&self, a: &Stance, b: &Stance, machine: &Machine) -> JointValues {
+    fn joint_deviation(&self, a: &TimedPose, b: &TimedPose, machine: &Machine) -> JointValues {
         let mut straightness = Straightness::new(machine, &a.q, &b.q);
         for part in [0.25, 0.5, 0.75] {
             straightness.look(&self.position(a.time + (b.time - a.time) * part, self.at));
@@ -261,11 +261,11 @@ impl Trail {
     }
 }
 
-fn between(a: &Stance, b: &Stance, of: &SpanOf<'_>) -> f64 {
+fn between(a: &TimedPose, b: &TimedPose, of: &SpanOf<'_>) -> f64 {
     if of.machine.error_bends(&a.q, &b.q) > 0 { BENT } else { BETWEEN }
 }
 
-fn parts_by_size(a: &Stance, b: &Stance, of: &SpanOf<'_>) -> f64 {
+fn parts_by_size(a: &TimedPose, b: &TimedPose, of: &SpanOf<'_>) -> f64 {
     let mut parts = (b.pose.tip - a.pose.tip).norm() / of.settings.piece_length;
     parts = parts.max(a.pose.angle_to(&b.pose) / of.settings.piece_angle);
     for (i, joint) in of.machine.joints.iter().enumerate() {
@@ -282,7 +282,7 @@ fn parts_by_size(a: &Stance, b: &Stance, of: &SpanOf<'_>) -> f64 {
 }
 
 /// Distance of a stance from the piece between two others, anywhere between tip and gauge line.
-fn deviation(a: &Stance, b: &Stance, x: &Stance, tool_length: f64) -> f64 {
+fn deviation(a: &TimedPose, b: &TimedPose, x: &TimedPose, tool_length: f64) -> f64 {
     let way = b.pose.tip - a.pose.tip;
     let length2 = way.norm_squared();
     let turn = a.pose.angle_to(&b.pose);

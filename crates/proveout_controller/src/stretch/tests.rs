@@ -3,10 +3,10 @@ use proveout_machine::Machine;
 use super::*;
 use crate::{
     limits::JointLimits,
-    mapping::{Kinematics, Mapping},
+    mapping::{ActiveKinematics, Mapping},
     output::MoveKind,
     path::{PathBlock, Tolerance},
-    shape::Shape,
+    shape::BlockShape,
 };
 
 fn machine() -> Machine {
@@ -14,21 +14,21 @@ fn machine() -> Machine {
     Machine::read(&folder).expect("library machine")
 }
 
-fn frame<'a>(machine: &'a Machine, limits: &'a JointLimits) -> Frame<'a> {
+fn frame<'a>(machine: &'a Machine, limits: &'a JointLimits) -> PathContext<'a> {
     let mapping = Mapping { tcp_length: None, tool_length: 0.0, edge_length: 0.0 };
-    Frame { kinematics: Kinematics { machine, rig: None, mapping }, limits }
+    PathContext { kinematics: ActiveKinematics { machine, rig: None, mapping }, limits }
 }
 
 /// A zigzag in X and Y with rounded corners.
-fn zigzag(frame: &Frame<'_>, blocks: u32) -> Path {
-    let mut path = Path::starting_with(0);
+fn zigzag(frame: &PathContext<'_>, blocks: u32) -> RunPath {
+    let mut path = RunPath::starting_with(0);
     let mut from = JointValues::ZERO;
     for k in 0..blocks {
         let mut slope = JointValues::ZERO;
         (slope[0], slope[1]) = if k % 2 == 0 { (0.8, 0.6) } else { (0.8, -0.6) };
         let block = PathBlock {
             index: k,
-            shape: Shape::Line { from, slope },
+            shape: BlockShape::Line { from, slope },
             length: 9.0,
             s0: 0.0,
             kind: MoveKind::Feed,
@@ -51,11 +51,11 @@ fn zigzag(frame: &Frame<'_>, blocks: u32) -> Path {
 }
 
 /// Plans the first window, and returns it with the rest of the path and the clock there.
-fn first_window(frame: &Frame<'_>) -> (Path, Stretch, Clock) {
+fn first_window(frame: &PathContext<'_>) -> (RunPath, PlanStretch, Clock) {
     let mut path = zigzag(frame, 60);
     let start = Clock { cycle: 0.002, start: 0.0, before: [JointValues::ZERO; REACH] };
     let Outcome::Planned(stretch) =
-        plan(&mut path, frame, start, 0.0, (&Entry::default(), &mut Stages::default()), false)
+        plan(&mut path, frame, start, 0.0, (&LawEntry::default(), &mut Stages::default()), false)
     else {
         panic!("the first window is planned")
     };
@@ -111,7 +111,7 @@ fn where_a_window_fails_the_reserve_leads_to_rest_within_the_limits() {
     path.drop_before(reserve.s_end, reserve.cells);
     let clock = Clock { start: clock.start + reserve.law.duration, before, ..clock };
     assert!(matches!(
-        plan(&mut path, &frame_as_it_was, clock, 0.0, (&Entry::default(), &mut Stages::default()), true),
+        plan(&mut path, &frame_as_it_was, clock, 0.0, (&LawEntry::default(), &mut Stages::default()), true),
         Outcome::Planned(_)
     ));
 }
@@ -148,7 +148,7 @@ fn from_rest_to_rest_a_law_is_always_found() {
         }
         let weak = frame(&machine, &low);
         let Outcome::Planned(stretch) =
-            plan(&mut path, &weak, start, 0.0, (&Entry::default(), &mut Stages::default()), true)
+            plan(&mut path, &weak, start, 0.0, (&LawEntry::default(), &mut Stages::default()), true)
         else {
             panic!("{v} {a} {j}")
         };

@@ -10,14 +10,14 @@ const MARGIN: f64 = 1e-12;
 /// Balls by number.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BallTree {
-    nodes: Vec<Node>,
+    nodes: Vec<BallNode>,
     /// Center, radius and number of each, in the order of the leaves.
     balls: Vec<(Point, f64, u32)>,
 }
 
 /// Some balls that lie together.
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct BallNode {
     middle: Point,
     /// No center is farther from the middle, and no point of a ball.
     spread: f64,
@@ -32,7 +32,7 @@ fn extent(balls: &[(Point, f64, u32)]) -> (Point, Point) {
     balls.iter().fold((balls[0].0, balls[0].0), |(low, high), b| (low.inf(&b.0), high.sup(&b.0)))
 }
 
-impl Node {
+impl BallNode {
     fn of(balls: &[(Point, f64, u32)], first: usize) -> Self {
         let (low, high) = extent(balls);
         let middle = nalgebra::center(&low, &high);
@@ -52,7 +52,7 @@ impl BallTree {
         let mut nodes = Vec::new();
         let mut open = Vec::new();
         if !balls.is_empty() {
-            nodes.push(Node::of(&balls, 0));
+            nodes.push(BallNode::of(&balls, 0));
             open.push((0, 0..balls.len()));
         }
         while let Some((at, range)) = open.pop() {
@@ -66,7 +66,7 @@ impl BallTree {
             part.select_nth_unstable_by(half, |a, b| a.0[axis].total_cmp(&b.0[axis]).then(a.2.cmp(&b.2)));
             let first = nodes.len();
             for half in [range.start..range.start + half, range.start + half..range.end] {
-                nodes.push(Node::of(&balls[half.clone()], half.start));
+                nodes.push(BallNode::of(&balls[half.clone()], half.start));
                 open.push((nodes.len() - 1, half));
             }
             (nodes[at].first, nodes[at].count) = (first as u32, 0);
@@ -74,14 +74,14 @@ impl BallTree {
         Self { nodes, balls }
     }
 
-    fn held(&self, node: &Node) -> &[(Point, f64, u32)] {
+    fn held(&self, node: &BallNode) -> &[(Point, f64, u32)] {
         &self.balls[node.first as usize..(node.first + node.count) as usize]
     }
 
     /// The balls whose centers are nearest to a point, by number, the nearest first; fewer where there are not so many.
     pub(super) fn nearest<const N: usize>(&self, p: &Point) -> impl Iterator<Item = u32> + use<N> {
         let mut best = [(f64::INFINITY, u32::MAX); N];
-        let apart = |node: &Node| (node.middle - p).norm() - node.spread;
+        let apart = |node: &BallNode| (node.middle - p).norm() - node.spread;
         let mut open: Vec<(f64, u32)> = Vec::with_capacity(32);
         open.extend(self.nodes.first().map(|root| (apart(root), 0)));
         while let Some((least, at)) = open.pop() {

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 
 use super::{
     body::Blade,
-    cells::{Bent, Cells},
+    cells::{CellCover, CurvatureBounds},
     scalar::{Interval, Scalar},
     section::SectionPoint,
     surface::{Domain, Foot, Local, ParametricSurface},
@@ -32,7 +32,7 @@ pub struct CamberSide {
     samples: Vec<SectionPoint>,
     /// mm.
     apart: f64,
-    cells: Cells,
+    cells: CellCover,
 }
 
 impl CamberSide {
@@ -41,8 +41,8 @@ impl CamberSide {
         let apart = blade.outline().perimeter() / f64::from(PLACES);
         let samples = (0..PLACES).map(|k| blade.outline().at((f64::from(k) + 0.5) * apart)).collect();
         let starts = blade.outline().piece_starts();
-        let bare = Self { blade, samples, apart, cells: Cells::default() };
-        let cells = Cells::new(&bare, [&starts, &[]]);
+        let bare = Self { blade, samples, apart, cells: CellCover::default() };
+        let cells = CellCover::new(&bare, [&starts, &[]]);
         Self { cells, ..bare }
     }
 
@@ -52,7 +52,7 @@ impl CamberSide {
     }
 }
 
-impl Bent for CamberSide {
+impl CurvatureBounds for CamberSide {
     fn second(&self, u: [f64; 2], v: [f64; 2]) -> [[Interval; 3]; 3] {
         let twist = self.blade.spec().twist;
         let (mut bend, mut angle, mut place) = ([f64::MAX, f64::MIN], [f64::MAX, f64::MIN], [[f64::MAX, f64::MIN]; 2]);

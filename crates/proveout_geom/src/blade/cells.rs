@@ -52,7 +52,7 @@ const AWAY_MM: f64 = 1e-9;
 const LEAST_DETERMINANT: f64 = 1e-9;
 
 /// A surface with bounds of its second derivatives.
-pub(super) trait Bent {
+pub(super) trait CurvatureBounds {
     /// Ranges of x, y, z of `S_uu`, `S_uv`, `S_vv` over a cell; of a surface that is closed along u, cells may reach over the seam.
     fn second(&self, u: [f64; 2], v: [f64; 2]) -> [[Interval; 3]; 3];
 
@@ -64,7 +64,7 @@ pub(super) trait Bent {
 
 /// A cell of the parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Cell {
+struct ParameterCell {
     middle: [f64; 2],
     half: [f64; 2],
     center: Point,
@@ -73,8 +73,8 @@ struct Cell {
     depth: u32,
 }
 
-impl Cell {
-    fn new<S: ParametricSurface + Bent>(surface: &S, u: [f64; 2], v: [f64; 2], depth: u32) -> Self {
+impl ParameterCell {
+    fn new<S: ParametricSurface + CurvatureBounds>(surface: &S, u: [f64; 2], v: [f64; 2], depth: u32) -> Self {
         let bend = surface.bend(u, v).map(|b| b * (1.0 + MARGIN));
         Self::at(
             surface,
@@ -142,20 +142,20 @@ impl Cell {
 
 /// A cell that may hold the nearest point; the one with the least bound is the greatest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Open {
+struct OpenCell {
     least: f64,
-    cell: Cell,
+    cell: ParameterCell,
 }
 
-impl Eq for Open {}
+impl Eq for OpenCell {}
 
-impl Ord for Open {
+impl Ord for OpenCell {
     fn cmp(&self, other: &Self) -> Ordering {
         other.least.total_cmp(&self.least)
     }
 }
 
-impl PartialOrd for Open {
+impl PartialOrd for OpenCell {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
@@ -163,15 +163,15 @@ impl PartialOrd for Open {
 
 /// Cells that cover a surface.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Cells {
-    cells: Vec<Cell>,
+pub(super) struct CellCover {
+    cells: Vec<ParameterCell>,
     /// By their centers and radii.
     tree: BallTree,
 }
 
-impl Cells {
+impl CellCover {
     /// Cells no longer than a sixteenth of the surface, each nearly flat. `lines`: parameters across which a cell may not reach, for u and v.
-    pub(super) fn new<S: ParametricSurface + Bent>(surface: &S, lines: [&[f64]; 2]) -> Self {
+    pub(super) fn new<S: ParametricSurface + CurvatureBounds>(surface: &S, lines: [&[f64]; 2]) -> Self {
         let Domain { u, v, .. } = surface.domain();
         let cut = |range: [f64; 2], lines: &[f64]| {
             let mut ends = vec![range[0]];
@@ -183,7 +183,7 @@ impl Cells {
         let mut open = Vec::new();
         for a in us.windows(2) {
             for b in vs.windows(2) {
-                open.push(Cell::new(surface, [a[0], a[1]], [b[0], b[1]], 0));
+                open.push(ParameterCell::new(surface, [a[0], a[1]], [b[0], b[1]], 0));
             }
         }
         let size = open
@@ -201,7 +201,7 @@ impl Cells {
             for half in cell.halves(surface) {
                 let range = |k: usize| [half.middle[k] - half.half[k], half.middle[k] + half.half[k]];
                 let bend = surface.bend(range(0), range(1)).map(|b| b * (1.0 + MARGIN));
-                open.push(Cell { bend, ..half });
+                open.push(ParameterCell { bend, ..half });
             }
         }
         let tree = BallTree::new(cells.iter().map(|c| (c.center, c.radius())));
@@ -209,8 +209,8 @@ impl Cells {
     }
 
     /// Whether every point is at least `reach` away, as far as [`LOOKS`] halvings can prove it.
-    pub(super) fn is_beyond<S: ParametricSurface + Bent>(&self, surface: &S, p: &Point, reach: f64) -> bool {
-        let mut open: Vec<Cell> = Vec::new();
+    pub(super) fn is_beyond<S: ParametricSurface + CurvatureBounds>(&self, surface: &S, p: &Point, reach: f64) -> bool {
+        let mut open: Vec<ParameterCell> = Vec::new();
         self.tree.within(p, reach, |k| {
             open.extend(self.cells.get(k as usize).filter(|cell| cell.least(p) < reach));
         });
@@ -226,7 +226,7 @@ impl Cells {
     }
 
     /// The nearest point.
-    pub(super) fn foot<S: ParametricSurface + Bent>(&self, surface: &S, p: &Point) -> Foot {
+    pub(super) fn foot<S: ParametricSurface + CurvatureBounds>(&self, surface: &S, p: &Point) -> Foot {
         let domain = surface.domain();
         let mut best = ([domain.u[0], domain.v[0]], f64::INFINITY);
         for start in self.tree.nearest::<STARTS>(p) {
@@ -242,15 +242,15 @@ impl Cells {
         }
         // What may hold the nearest point first: nothing is looked at that the last best could rule out.
         let mut open = BinaryHeap::new();
-        let near = |cell: &Cell, best: f64| {
+        let near = |cell: &ParameterCell, best: f64| {
             let least = cell.least(p);
-            (least < best - FOOT_ERROR_MM).then_some(Open { least, cell: *cell })
+            (least < best - FOOT_ERROR_MM).then_some(OpenCell { least, cell: *cell })
         };
         self.tree.within(p, best.1 - FOOT_ERROR_MM, |k| open.extend(near(&self.cells[k as usize], best.1)));
         let mut looked = 0;
         let mut error = FOOT_ERROR_MM;
         let mut bowl = Bowl::new(surface, p, best);
-        while let Some(Open { least, cell }) = open.pop() {
+        while let Some(OpenCell { least, cell }) = open.pop() {
             looked += 1;
             if least >= best.1 - FOOT_ERROR_MM {
                 break;
@@ -293,7 +293,12 @@ impl Bowl {
         Self { found, out: at.point - p, at }
     }
 
-    fn holds<S: ParametricSurface + Bent>(&self, surface: &S, domain: &Domain, cell: &Cell) -> bool {
+    fn holds<S: ParametricSurface + CurvatureBounds>(
+        &self,
+        surface: &S,
+        domain: &Domain,
+        cell: &ParameterCell,
+    ) -> bool {
         let [mut u, v] = self.found.0;
         if domain.u_closed {
             u = wrap_near(u, cell.middle[0], domain.u[1] - domain.u[0]);

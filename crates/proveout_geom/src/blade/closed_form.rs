@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 
 use super::{
-    cells::{Bent, Cells},
+    cells::{CellCover, CurvatureBounds},
     scalar::{Interval, Jet, Scalar},
     surface::{Domain, Foot, Local, ParametricSurface},
 };
@@ -21,14 +21,14 @@ pub trait ClosedForm: Debug + Send + Sync {
 #[derive(Clone, Debug)]
 pub struct ClosedSurface<F> {
     form: F,
-    cells: Cells,
+    cells: CellCover,
 }
 
 impl<F: ClosedForm> ClosedSurface<F> {
     /// The surface of a formula.
     pub fn new(form: F) -> Self {
-        let bare = Self { form, cells: Cells::default() };
-        let cells = Cells::new(&bare, [&[], &[]]);
+        let bare = Self { form, cells: CellCover::default() };
+        let cells = CellCover::new(&bare, [&[], &[]]);
         Self { cells, ..bare }
     }
 
@@ -38,7 +38,7 @@ impl<F: ClosedForm> ClosedSurface<F> {
     }
 }
 
-impl<F: ClosedForm> Bent for ClosedSurface<F> {
+impl<F: ClosedForm> CurvatureBounds for ClosedSurface<F> {
     fn second(&self, u: [f64; 2], v: [f64; 2]) -> [[Interval; 3]; 3] {
         let at = self.form.place(Jet::u(Interval::new(u[0], u[1])), Jet::v(Interval::new(v[0], v[1])));
         std::array::from_fn(|k| std::array::from_fn(|c| at[c].second[k]))

@@ -86,7 +86,7 @@ pub(super) struct Disc {
 
 /// A point seen from a disc.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Seen {
+pub(super) struct DiscView {
     pub(super) disc: Disc,
     /// F.
     pub(super) value: f64,
@@ -138,15 +138,15 @@ impl Discs {
         }
     }
 
-    pub(super) fn see(&self, q: [f64; 2], s: f64) -> Seen {
+    pub(super) fn see(&self, q: [f64; 2], s: f64) -> DiscView {
         Self::see_disc(q, self.disc(s))
     }
 
-    fn see_disc(q: [f64; 2], disc: Disc) -> Seen {
+    fn see_disc(q: [f64; 2], disc: Disc) -> DiscView {
         let z = [q[0] - disc.center[0], q[1] - disc.center[1]];
         let far = (z[0] * z[0] + z[1] * z[1]).sqrt();
         let away = if far > 0.0 { [z[0] / far, z[1] / far] } else { [0.0; 2] };
-        Seen {
+        DiscView {
             disc,
             value: far - disc.radius,
             slope: -(away[0] * disc.along[0] + away[1] * disc.along[1]) - disc.widens,
@@ -157,7 +157,7 @@ impl Discs {
     }
 
     /// Down from a place by Newton's method to where F has a minimum nearby.
-    pub(super) fn settle(&self, q: [f64; 2], mut s: f64) -> (f64, Seen) {
+    pub(super) fn settle(&self, q: [f64; 2], mut s: f64) -> (f64, DiscView) {
         let mut seen = self.see(q, s);
         for _ in 0..STEPS {
             let disc = &seen.disc;
@@ -189,7 +189,7 @@ impl Discs {
 
     /// Signed distance of a point from the outline with the place that gives it: no other place gives less by more than a
     /// nanometer's thousandth.
-    pub(super) fn nearest(&self, q: [f64; 2]) -> (f64, Seen) {
+    pub(super) fn nearest(&self, q: [f64; 2]) -> (f64, DiscView) {
         let width = self.length / STARTS as f64;
         let seen = self.starts.map(|(_, disc)| Self::see_disc(q, disc));
         let first = (0..STARTS).min_by(|a, b| seen[*a].value.total_cmp(&seen[*b].value)).unwrap_or_default();
@@ -218,7 +218,7 @@ impl Discs {
     }
 
     /// Whether an interval may hold a lower value, seen from a place in it.
-    fn may_hold(&self, seen: &Seen, at: f64, [lo, hi]: [f64; 2], best: f64) -> bool {
+    fn may_hold(&self, seen: &DiscView, at: f64, [lo, hi]: [f64; 2], best: f64) -> bool {
         let sides = [lo - at, hi - at];
         let most = sides[1].max(-sides[0]);
         let bend = self.camber_bend + self.widening_bend - self.convex(seen, most, seen.far + most);
@@ -226,7 +226,7 @@ impl Discs {
     }
 
     /// `b^2 / f` within `most` of a place, `far` the largest distance from the centers.
-    pub(super) fn convex(&self, seen: &Seen, most: f64, far: f64) -> f64 {
+    pub(super) fn convex(&self, seen: &DiscView, most: f64, far: f64) -> f64 {
         let across = seen.across.abs() - 0.5 * most * self.camber_bend;
         if across > 0.0 && far > 0.0 { across * across / far } else { 0.0 }
     }

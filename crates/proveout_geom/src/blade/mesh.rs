@@ -17,7 +17,7 @@ const LEAST_ARC: f64 = 1e-4;
 
 /// One level of the mesh: height and offset of the outline.
 #[derive(Clone, Copy)]
-struct Level {
+struct MeshLevel {
     x: f64,
     offset: f64,
     twisted: bool,
@@ -53,18 +53,18 @@ impl Blade {
         mesh
     }
 
-    fn levels(&self, tolerance: f64, side_step: f64) -> Vec<Level> {
+    fn levels(&self, tolerance: f64, side_step: f64) -> Vec<MeshLevel> {
         let spec = self.spec();
         let mut levels = Vec::new();
         if let Some(platform) = spec.platform {
             // The platform is not twisted: its rim is perpendicular to its faces.
-            levels.push(Level { x: -platform.thickness, offset: platform.margin, twisted: false });
-            levels.push(Level { x: 0.0, offset: platform.margin, twisted: false });
+            levels.push(MeshLevel { x: -platform.thickness, offset: platform.margin, twisted: false });
+            levels.push(MeshLevel { x: 0.0, offset: platform.margin, twisted: false });
             let f = platform.fillet_radius;
             let steps = arc_steps(f, tolerance, FRAC_PI_2);
             for i in 0..steps {
                 let (s, c) = (FRAC_PI_2 * i as f64 / steps as f64).sin_cos();
-                levels.push(Level { x: f * (1.0 - c), offset: f * (1.0 - s), twisted: true });
+                levels.push(MeshLevel { x: f * (1.0 - c), offset: f * (1.0 - s), twisted: true });
             }
         }
         let start = self.airfoil_start();
@@ -74,13 +74,13 @@ impl Blade {
         let height = spec.length - start;
         let steps = ((height / saddle.min(sagitta).min(height)).ceil() as usize).clamp(1, 4000);
         for i in 0..=steps {
-            levels.push(Level { x: start + height * i as f64 / steps as f64, offset: 0.0, twisted: true });
+            levels.push(MeshLevel { x: start + height * i as f64 / steps as f64, offset: 0.0, twisted: true });
         }
         levels
     }
 
     /// Pressure side (`sides` + 1 points), trailing edge inside, suction side, leading edge inside; counter-clockwise.
-    fn ring(&self, level: &Level, sides: usize, edges: usize) -> Vec<Point> {
+    fn ring(&self, level: &MeshLevel, sides: usize, edges: usize) -> Vec<Point> {
         let section = &self.spec().section;
         let pairs: Vec<_> = (0..=sides).map(|i| section.pair(i as f64 / sides as f64, level.offset).1).collect();
         let inner = |trailing| {

@@ -22,7 +22,7 @@ mod bounds;
 
 use super::{
     body::{Blade, Platform},
-    discs::{Discs, STARTS, Seen, cut, look_at},
+    discs::{DiscView, Discs, STARTS, cut, look_at},
 };
 use crate::{Point, Vector};
 
@@ -57,14 +57,14 @@ pub struct NearestOnBlade {
 
 /// A face that is searched, with the bounds of its parameter.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Face {
+enum BladeFace {
     /// Run by height.
     Airfoil([f64; 2]),
     /// Radius; run by its angle, 0 at the platform, a right angle at the airfoil.
     Fillet(f64),
 }
 
-impl Face {
+impl BladeFace {
     fn height(self, b: f64) -> f64 {
         match self {
             Self::Airfoil(_) => b,
@@ -99,20 +99,20 @@ impl Face {
 
 /// A place that may be the nearest.
 #[derive(Clone, Copy, Debug)]
-enum Place {
+enum NearestCandidate {
     /// On a plane face or the rim, with its normal.
     Known(Point, Vector),
     /// In a slice of a searched face.
-    Slice(Face, Node),
+    Slice(BladeFace, SliceNode),
 }
 
 /// A slice and a disc, seen from the point.
 #[derive(Clone, Copy, Debug)]
-struct Node {
+struct SliceNode {
     b: f64,
     s: f64,
     x: f64,
-    seen: Seen,
+    seen: DiscView,
     /// `N` there, of this disc.
     n: f64,
     /// Change of F along x and the part across.
@@ -121,7 +121,7 @@ struct Node {
     distance: f64,
 }
 
-struct Search<'a> {
+struct NearestSearch<'a> {
     blade: &'a Blade,
     p: Point,
     twist: f64,
@@ -129,7 +129,7 @@ struct Search<'a> {
     radius: f64,
     inside: bool,
     best: f64,
-    place: Place,
+    place: NearestCandidate,
 }
 
 impl Blade {
@@ -144,14 +144,14 @@ impl Blade {
         let foot = [p.y, p.z];
         let (at, height) = (p.x.clamp(0.0, spec.length), spec.length);
         let face = self.face_at(at);
-        let mut search = Search {
+        let mut search = NearestSearch {
             blade: self,
             p: *p,
             twist: spec.twist,
             radius: p.y.hypot(p.z),
             inside: false,
             best: f64::INFINITY,
-            place: Place::Known(*p, Vector::x()),
+            place: NearestCandidate::Known(*p, Vector::x()),
         };
         let own = search.slice(face, face.parameter(at));
         // At the platform's height or next to its rim the platform may be nearer than the slice.
@@ -175,27 +175,27 @@ impl Blade {
         Some(search.finish())
     }
 
-    fn faces(&self) -> impl Iterator<Item = Face> {
-        let fillet = self.spec().platform.map(|platform| Face::Fillet(platform.fillet_radius));
-        fillet.into_iter().chain([Face::Airfoil([self.airfoil_start(), self.spec().length])])
+    fn faces(&self) -> impl Iterator<Item = BladeFace> {
+        let fillet = self.spec().platform.map(|platform| BladeFace::Fillet(platform.fillet_radius));
+        fillet.into_iter().chain([BladeFace::Airfoil([self.airfoil_start(), self.spec().length])])
     }
 
-    fn face_at(&self, height: f64) -> Face {
+    fn face_at(&self, height: f64) -> BladeFace {
         match self.spec().platform {
-            Some(platform) if height < platform.fillet_radius => Face::Fillet(platform.fillet_radius),
-            _ => Face::Airfoil([self.airfoil_start(), self.spec().length]),
+            Some(platform) if height < platform.fillet_radius => BladeFace::Fillet(platform.fillet_radius),
+            _ => BladeFace::Airfoil([self.airfoil_start(), self.spec().length]),
         }
     }
 }
 
-impl Search<'_> {
+impl NearestSearch<'_> {
     /// y and z in the section at a height.
     fn turned_back(&self, x: f64) -> [f64; 2] {
         let (s, c) = (self.twist * x).sin_cos();
         [c * self.p.y + s * self.p.z, c * self.p.z - s * self.p.y]
     }
 
-    fn node(&self, face: Face, b: f64, s: f64, seen: Seen, q: [f64; 2]) -> Node {
+    fn node(&self, face: BladeFace, b: f64, s: f64, seen: DiscView, q: [f64; 2]) -> SliceNode {
         let x = face.height(b);
         let n = seen.value - face.offset(b);
         // d/dx R(-w x) q = -w (-q_z, q_y).
@@ -203,7 +203,7 @@ impl Search<'_> {
         let away = self.p.x - x;
         // Inside any outline counts; outside a disc that reaches over the point.
         let part = if self.inside { n } else { n.max(0.0) };
-        Node {
+        SliceNode {
             b,
             s,
             x,
@@ -216,34 +216,34 @@ impl Search<'_> {
     }
 
     /// A slice with its nearest disc.
-    fn slice(&self, face: Face, b: f64) -> Node {
+    fn slice(&self, face: BladeFace, b: f64) -> SliceNode {
         let q = self.turned_back(face.height(b));
         let (s, seen) = self.blade.discs().nearest(q);
         self.node(face, b, s, seen, q)
     }
 
-    fn slice_at(&self, height: f64) -> Seen {
+    fn slice_at(&self, height: f64) -> DiscView {
         self.blade.discs().nearest(self.turned_back(height)).1
     }
 
-    fn take(&mut self, distance: f64, place: Place) {
+    fn take(&mut self, distance: f64, place: NearestCandidate) {
         if distance < self.best {
             (self.best, self.place) = (distance, place);
         }
     }
 
     /// Tip, or foot of a blade without a platform, from inside.
-    fn plane(&mut self, x: f64, seen: &Seen, sense: f64) {
+    fn plane(&mut self, x: f64, seen: &DiscView, sense: f64) {
         if seen.value <= 0.0 {
             self.take(
                 (self.p.x - x).abs(),
-                Place::Known(Point::new(x, self.p.y, self.p.z), Vector::new(sense, 0.0, 0.0)),
+                NearestCandidate::Known(Point::new(x, self.p.y, self.p.z), Vector::new(sense, 0.0, 0.0)),
             );
         }
     }
 
     /// Bottom, rim and top of the platform. `seen`: the disc of the section at the platform's height.
-    fn platform(&mut self, platform: &Platform, (s, seen): (f64, Seen)) {
+    fn platform(&mut self, platform: &Platform, (s, seen): (f64, DiscView)) {
         let (p, g) = (self.p, seen.value);
         let away = touching(self.blade.discs(), &seen, s);
         // The point moved along its normal to a distance from the outline, at a height.
@@ -256,17 +256,17 @@ impl Search<'_> {
             (moved(p.x.clamp(low, 0.0), margin), out),
         ];
         for (point, normal) in faces {
-            self.take((p - point).norm(), Place::Known(point, normal));
+            self.take((p - point).norm(), NearestCandidate::Known(point, normal));
         }
     }
 
     /// The step along the face to the least of the parabola at a node.
-    fn step(&self, face: Face, node: &Node) -> f64 {
+    fn step(&self, face: BladeFace, node: &SliceNode) -> f64 {
         let x = self.p.x - node.x;
         let (a, b, sign) = if self.inside { (-node.n, -node.rise, -1.0) } else { (node.n, node.rise, 1.0) };
         match face {
-            Face::Airfoil(_) => (x - a * b) / (1.0 + b * b),
-            Face::Fillet(f) => {
+            BladeFace::Airfoil(_) => (x - a * b) / (1.0 + b * b),
+            BladeFace::Fillet(f) => {
                 let (s, c) = node.b.sin_cos();
                 let slope = f * ((a * b - x) * s + sign * a * c);
                 // Half of U'' at the node, with i' = f s, i'' = f c, j' = +-f c, j'' = -+f s.
@@ -278,9 +278,9 @@ impl Search<'_> {
     }
 
     /// Goes down from a node on its face; takes what it finds.
-    fn polish(&mut self, face: Face, mut node: Node) {
+    fn polish(&mut self, face: BladeFace, mut node: SliceNode) {
         let Some([low, high]) = face.within(0.0, f64::INFINITY) else { return };
-        self.take(node.distance, Place::Slice(face, node));
+        self.take(node.distance, NearestCandidate::Slice(face, node));
         for _ in 0..STEPS {
             let mut step = (node.b + self.step(face, &node)).clamp(low, high) - node.b;
             node = loop {
@@ -300,19 +300,19 @@ impl Search<'_> {
                 }
                 step *= 0.25;
             };
-            self.take(node.distance, Place::Slice(face, node));
+            self.take(node.distance, NearestCandidate::Slice(face, node));
         }
     }
 
     /// The best place known, where it lies on this face.
-    fn best_on(&self, face: Face) -> Option<Node> {
+    fn best_on(&self, face: BladeFace) -> Option<SliceNode> {
         match self.place {
-            Place::Slice(on, node) if on == face => Some(node),
+            NearestCandidate::Slice(on, node) if on == face => Some(node),
             _ => None,
         }
     }
 
-    fn faces_outside(&mut self, face: Face, own: Node) {
+    fn faces_outside(&mut self, face: BladeFace, own: SliceNode) {
         self.polish(face, own);
         let width = self.blade.discs().length / STARTS as f64;
         let mut turned = (f64::NAN, [0.0; 2]);
@@ -355,7 +355,7 @@ impl Search<'_> {
         }
     }
 
-    fn faces_inside(&mut self, face: Face, own: Node) {
+    fn faces_inside(&mut self, face: BladeFace, own: SliceNode) {
         // Its distance was that of the solid.
         let own = self.node(face, own.b, own.s, own.seen, self.turned_back(own.x));
         if own.n <= 0.0 {
@@ -386,8 +386,8 @@ impl Search<'_> {
 
     fn finish(&self) -> NearestOnBlade {
         let (point, face_normal) = match self.place {
-            Place::Known(point, normal) => (point, normal),
-            Place::Slice(face, node) => self.foot(face, &node),
+            NearestCandidate::Known(point, normal) => (point, normal),
+            NearestCandidate::Slice(face, node) => self.foot(face, &node),
         };
         let away = self.p - point;
         let outward = if self.inside { -away } else { away };
@@ -401,7 +401,7 @@ impl Search<'_> {
 
     /// The point of the surface in a slice, and the normal there. With `S = x' e + P + d n`, `S_b = x'_b (e + w e x S) + d_b n` and the
     /// tangent of the section, the normal is `n + a e` with `a = -w n . (e x S) - d_b / x'_b`.
-    fn foot(&self, face: Face, node: &Node) -> (Point, Vector) {
+    fn foot(&self, face: BladeFace, node: &SliceNode) -> (Point, Vector) {
         if node.n < 0.0 && !self.inside {
             // Over the tip, or under the foot.
             let sense = if self.p.x > node.x { 1.0 } else { -1.0 };
@@ -412,8 +412,8 @@ impl Search<'_> {
         let [y, z] = [node.seen.disc.center[0] + out * ny, node.seen.disc.center[1] + out * nz];
         let lean = -self.twist * (nz * y - ny * z);
         let (along, part) = match face {
-            Face::Airfoil(_) => (lean, 1.0),
-            Face::Fillet(_) => {
+            BladeFace::Airfoil(_) => (lean, 1.0),
+            BladeFace::Fillet(_) => {
                 let (s, c) = node.b.sin_cos();
                 (c + s * lean, s)
             }
@@ -428,7 +428,7 @@ impl Search<'_> {
 
 /// Direction from the center of a disc to where it touches the outline on the side of the point; at the ends of the camber line that to
 /// the point, since the whole arc belongs to one disc.
-fn touching(discs: &Discs, seen: &Seen, s: f64) -> [f64; 2] {
+fn touching(discs: &Discs, seen: &DiscView, s: f64) -> [f64; 2] {
     let [y, z] = seen.disc.along;
     let end = if s <= 0.0 {
         Some(-1.0)

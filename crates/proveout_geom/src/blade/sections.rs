@@ -13,10 +13,10 @@ use thiserror::Error;
 
 use super::{
     bicubic::{self, Net, hermite},
-    cells::{Bent, Cells},
+    cells::{CellCover, CurvatureBounds},
     scalar::{Interval, Scalar},
     section_file::{PointedSection, SectionPart},
-    spline::{Ends, slopes},
+    spline::{SplineEnds, slopes},
     surface::{Domain, Foot, Local, ParametricSurface},
 };
 use crate::{Point, Vector};
@@ -135,7 +135,7 @@ pub struct SkinnedBlade {
     breaks: Vec<f64>,
     /// 1 where `S_u x S_v` points outward, else -1.
     sense: f64,
-    cells: Cells,
+    cells: CellCover,
 }
 
 /// Twice the area vector of a closed polygon.
@@ -197,8 +197,8 @@ impl SkinnedBlade {
         let v = along_parameters(&sections);
         let nets = nets(&sections, &u, &v, &joints);
         let breaks = joints.iter().map(|&k| u[k]).collect();
-        let bare = Self { u, v, nets, breaks, sense, cells: Cells::default() };
-        let cells = Cells::new(&bare, [&bare.u, &bare.v]);
+        let bare = Self { u, v, nets, breaks, sense, cells: CellCover::default() };
+        let cells = CellCover::new(&bare, [&bare.u, &bare.v]);
         Ok(Self { cells, ..bare })
     }
 
@@ -352,14 +352,14 @@ fn circle_slope(u: [f64; 2], p: [Vector; 3]) -> Vector {
 fn round_slopes(u: &[f64], row: &[Vector], joints: &[usize]) -> Vec<Vector> {
     let mut closed = row.to_vec();
     closed.push(row[0]);
-    let &[a, b, c, d] = joints else { return slopes(u, &closed, Ends::Closed) };
+    let &[a, b, c, d] = joints else { return slopes(u, &closed, SplineEnds::Closed) };
     let end = closed.len() - 1;
     let slope = |k: [usize; 3]| circle_slope([u[k[0]], u[k[1]]], k.map(|i| row[i]));
     let tangents =
         [slope([a, a + 1, a + 2]), slope([b, b - 1, b - 2]), slope([c, c + 1, c + 2]), slope([d, d - 1, d - 2])];
     let mut out = vec![Vector::zeros(); closed.len()];
     for (k, (from, to)) in [(a, b), (b, c), (c, d), (d, end)].into_iter().enumerate() {
-        let ends = Ends::Slopes([tangents[k], tangents[(k + 1) % 4]]);
+        let ends = SplineEnds::Slopes([tangents[k], tangents[(k + 1) % 4]]);
         out[from..=to].copy_from_slice(&slopes(&u[from..=to], &closed[from..=to], ends));
     }
     out
@@ -373,7 +373,7 @@ fn nets(sections: &[PointedSection], u: &[f64], v: &[f64], joints: &[usize]) -> 
     let line = |field: &[Vec<Vector>], k: usize| field.iter().map(|row| row[k]).collect::<Vec<_>>();
     // The slopes along v are linear in the values: those of the slopes round the section are the mixed derivatives.
     let columns = |field: &[Vec<Vector>]| -> Vec<Vec<Vector>> {
-        (0..count).map(|k| slopes(v, &line(field, k), Ends::NotAKnot)).collect()
+        (0..count).map(|k| slopes(v, &line(field, k), SplineEnds::NotAKnot)).collect()
     };
     let (along, mixed) = (columns(&rows), columns(&around));
     let net = |k: usize, j: usize| -> Net {
@@ -389,7 +389,7 @@ fn nets(sections: &[PointedSection], u: &[f64], v: &[f64], joints: &[usize]) -> 
     (0..count).map(|k| (0..v.len() - 1).map(|j| net(k, j)).collect()).collect()
 }
 
-impl Bent for SkinnedBlade {
+impl CurvatureBounds for SkinnedBlade {
     fn second(&self, u: [f64; 2], v: [f64; 2]) -> [[Interval; 3]; 3] {
         let inner = |r: [f64; 2]| [r[0] + INSIDE, r[1] - INSIDE];
         let (u, v, patches) = (inner(u), inner(v), self.nets.len() as i64);

@@ -10,7 +10,7 @@ use crate::Vector;
 
 /// What holds at the ends.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Ends {
+pub(super) enum SplineEnds {
     /// Both ends are one point, and the second derivative passes through it; the last point is the first one again.
     Closed,
     /// The slopes there.
@@ -28,15 +28,15 @@ fn parabola_slope(u: [f64; 3], p: [Vector; 3], at: usize) -> Vector {
 }
 
 /// Slopes at all points; at least two, parameters ascending.
-pub(super) fn slopes(u: &[f64], p: &[Vector], ends: Ends) -> Vec<Vector> {
+pub(super) fn slopes(u: &[f64], p: &[Vector], ends: SplineEnds) -> Vec<Vector> {
     let n = p.len();
     if n == 2 {
         return match ends {
-            Ends::Slopes(s) => s.to_vec(),
+            SplineEnds::Slopes(s) => s.to_vec(),
             _ => vec![(p[1] - p[0]) / (u[1] - u[0]); 2],
         };
     }
-    if n == 3 && matches!(ends, Ends::NotAKnot) {
+    if n == 3 && matches!(ends, SplineEnds::NotAKnot) {
         return (0..3).map(|k| parabola_slope([u[0], u[1], u[2]], [p[0], p[1], p[2]], k)).collect();
     }
     let h: Vec<f64> = u.windows(2).map(|w| w[1] - w[0]).collect();
@@ -46,14 +46,14 @@ pub(super) fn slopes(u: &[f64], p: &[Vector], ends: Ends) -> Vec<Vector> {
         ([b, 2.0 * (a + b), a], (c[before] * b + c[k] * a) * 3.0)
     };
     match ends {
-        Ends::Closed => closed(n - 1, row),
-        Ends::Slopes([first, last]) => {
+        SplineEnds::Closed => closed(n - 1, row),
+        SplineEnds::Slopes([first, last]) => {
             let mut rows = vec![([0.0, 1.0, 0.0], first)];
             rows.extend((1..n - 1).map(|k| row(k, k - 1)));
             rows.push(([0.0, 1.0, 0.0], last));
             thomas(&rows)
         }
-        Ends::NotAKnot => {
+        SplineEnds::NotAKnot => {
             // de Boor 1978, IV: the condition, freed of the third slope by the row of the second point.
             let end = |h0: f64, h1: f64, c0: Vector, c1: Vector| {
                 let sum = h0 + h1;
@@ -126,7 +126,7 @@ mod tests {
         let u = [0.0, 0.3, 1.1, 1.4, 2.6, 3.0];
         let p = u.map(cubic);
         let ends = [slope(u[0]), slope(u[5])];
-        for kind in [Ends::NotAKnot, Ends::Slopes(ends)] {
+        for kind in [SplineEnds::NotAKnot, SplineEnds::Slopes(ends)] {
             for (m, t) in slopes(&u, &p, kind).iter().zip(u) {
                 assert!((m - slope(t)).norm() < 1e-12, "{kind:?} {t}: {m}");
             }
@@ -138,7 +138,7 @@ mod tests {
                 .map(|k| std::f64::consts::TAU * (at(k) + 0.05 * (std::f64::consts::TAU * at(k)).sin()))
                 .collect();
             let p: Vec<Vector> = u.iter().map(|a| Vector::new(a.cos(), a.sin(), 0.0)).collect();
-            let m = slopes(&u, &p, Ends::Closed);
+            let m = slopes(&u, &p, SplineEnds::Closed);
             m.iter().zip(&u).map(|(m, a)| (m - Vector::new(-a.sin(), a.cos(), 0.0)).norm()).fold(0.0, f64::max)
         };
         assert!(error(20) < 2e-3 && error(40) < error(20) / 7.0, "{} {}", error(20), error(40));
@@ -147,9 +147,9 @@ mod tests {
     #[test]
     fn few_points_are_met_by_one_polynomial() {
         let p = [Vector::zeros(), Vector::new(1.0, 2.0, 0.0)];
-        assert!((slopes(&[0.0, 2.0], &p, Ends::NotAKnot)[1] - Vector::new(0.5, 1.0, 0.0)).norm() < 1e-15);
+        assert!((slopes(&[0.0, 2.0], &p, SplineEnds::NotAKnot)[1] - Vector::new(0.5, 1.0, 0.0)).norm() < 1e-15);
         let square = [0.0, 1.0, 3.0].map(|t: f64| Vector::new(t * t, 0.0, 0.0));
-        let m = slopes(&[0.0, 1.0, 3.0], &square, Ends::NotAKnot);
+        let m = slopes(&[0.0, 1.0, 3.0], &square, SplineEnds::NotAKnot);
         assert!(m.iter().zip([0.0, 2.0, 6.0]).all(|(m, s)| (m.x - s).abs() < 1e-14));
     }
 }

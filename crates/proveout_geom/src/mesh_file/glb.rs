@@ -45,13 +45,13 @@ struct Document {
     #[serde(default)]
     scenes: Vec<Scene>,
     #[serde(default)]
-    nodes: Vec<Node>,
+    nodes: Vec<SceneNode>,
     #[serde(default)]
     meshes: Vec<MeshOf>,
     #[serde(default)]
     accessors: Vec<Accessor>,
     #[serde(default)]
-    buffer_views: Vec<View>,
+    buffer_views: Vec<BufferView>,
     #[serde(default)]
     buffers: Vec<Buffer>,
 }
@@ -63,7 +63,7 @@ struct Scene {
 }
 
 #[derive(Deserialize)]
-struct Node {
+struct SceneNode {
     name: Option<String>,
     mesh: Option<usize>,
     #[serde(default)]
@@ -108,7 +108,7 @@ struct Accessor {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct View {
+struct BufferView {
     buffer: usize,
     #[serde(default)]
     byte_offset: usize,
@@ -139,23 +139,23 @@ pub fn read_glb_nodes(path: &Path) -> Result<Vec<GlbNode>, MeshFileError> {
 
 pub(super) fn nodes(path: &Path, file: &[u8]) -> Result<Vec<GlbNode>, MeshFileError> {
     read(file).map_err(|fault| match fault {
-        Fault::Words(words) => content(path, words),
-        Fault::TooMany => too_many(path),
+        GlbFault::Words(words) => content(path, words),
+        GlbFault::TooMany => too_many(path),
     })
 }
 
-enum Fault {
+enum GlbFault {
     Words(String),
     TooMany,
 }
 
-impl<T: Into<String>> From<T> for Fault {
+impl<T: Into<String>> From<T> for GlbFault {
     fn from(words: T) -> Self {
         Self::Words(words.into())
     }
 }
 
-fn read(file: &[u8]) -> Result<Vec<GlbNode>, Fault> {
+fn read(file: &[u8]) -> Result<Vec<GlbNode>, GlbFault> {
     let (json, bytes) = chunks(file)?;
     let document: Document = serde_json::from_slice(json).map_err(|e| format!("its JSON cannot be read: {e}"))?;
     if !document.extensions_required.is_empty() {
@@ -200,7 +200,7 @@ fn read(file: &[u8]) -> Result<Vec<GlbNode>, Fault> {
 }
 
 /// Chunks JSON and BIN; the second one may be missing.
-fn chunks(file: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
+fn chunks(file: &[u8]) -> Result<(&[u8], &[u8]), GlbFault> {
     let word = |at: usize| {
         let bytes = file.get(at..at + 4)?;
         Some(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) as usize)
@@ -225,7 +225,7 @@ fn chunks(file: &[u8]) -> Result<(&[u8], &[u8]), Fault> {
     Ok((json, bytes))
 }
 
-fn pose(node: &Node) -> Option<Matrix4<f64>> {
+fn pose(node: &SceneNode) -> Option<Matrix4<f64>> {
     let own = match node.matrix {
         Some(columns) => Matrix4::from_column_slice(&columns),
         None => {
@@ -241,7 +241,7 @@ fn pose(node: &Node) -> Option<Matrix4<f64>> {
 
 impl Glb<'_> {
     /// A primitive with its corners in millimeter.
-    fn primitive(&self, primitive: &Primitive, mm_from_node: &Matrix4<f64>, most: usize) -> Result<TriMesh, Fault> {
+    fn primitive(&self, primitive: &Primitive, mm_from_node: &Matrix4<f64>, most: usize) -> Result<TriMesh, GlbFault> {
         if primitive.mode.unwrap_or(TRIANGLES) != TRIANGLES {
             return Err("a mesh is not made of single triangles".into());
         }
@@ -268,7 +268,7 @@ impl Glb<'_> {
             return Err(format!("{} corners are not a whole number of triangles", indices.len()).into());
         }
         if indices.len() / 3 > most {
-            return Err(Fault::TooMany);
+            return Err(GlbFault::TooMany);
         }
         // A mirrored node turns its triangles inside out.
         let mirrored = mm_from_node.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
@@ -282,8 +282,8 @@ impl Glb<'_> {
         index: usize,
         kind: &str,
         types: &[(u32, usize)],
-    ) -> Result<(usize, impl Iterator<Item = &[u8]>), Fault> {
-        let words = |what: &str| Fault::from(format!("accessor {index} {what}"));
+    ) -> Result<(usize, impl Iterator<Item = &[u8]>), GlbFault> {
+        let words = |what: &str| GlbFault::from(format!("accessor {index} {what}"));
         let accessor = self.document.accessors.get(index).ok_or_else(|| words("is not there"))?;
         if accessor.sparse.is_some() {
             return Err(words("is sparse, which is not supported: save the mesh with all its positions"));

@@ -43,7 +43,7 @@ pub fn write_glb_container<W: Write>(
     }
     out.write_all(&word(bytes))?;
     out.write_all(b"BIN\0")?;
-    let mut counted = Counted { out, written: 0 };
+    let mut counted = CountedWriter { out, written: 0 };
     bin(&mut counted)?;
     if counted.written != bin_length {
         let message = format!("{} bytes of {bin_length} were written into the binary chunk", counted.written);
@@ -52,12 +52,12 @@ pub fn write_glb_container<W: Write>(
     out.write_all(&[0; ALIGNED][..bytes - bin_length])
 }
 
-struct Counted<'a, W> {
+struct CountedWriter<'a, W> {
     out: &'a mut W,
     written: usize,
 }
 
-impl<W: Write> Write for Counted<'_, W> {
+impl<W: Write> Write for CountedWriter<'_, W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let n = self.out.write(bytes)?;
         self.written += n;

@@ -20,7 +20,7 @@ use std::f64::consts::TAU;
 
 use super::{Channel, Language};
 use crate::codes;
-use crate::compensation::contour::{self, Element, Shape};
+use crate::compensation::contour::{self, Element, ElementShape};
 use crate::diagnostic::Diagnostic;
 use crate::frame::{Frame, SAME_DIRECTION};
 use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
@@ -33,7 +33,7 @@ const STRAIGHT: f64 = 1e-6;
 const ISO_STRAIGHT: f64 = std::f64::consts::PI / 180.0;
 
 /// A language whose motions may wait for the next block.
-pub(crate) trait Cornering: Language<Mark = Option<Box<CornerMark>>> {
+pub(crate) trait CornerLanguage: Language<Mark = Option<Box<CornerMark>>> {
     fn corners(&mut self) -> &mut Corners;
 }
 
@@ -47,7 +47,7 @@ pub(crate) struct Corners {
     /// A chamfer or rounding has failed: its blocks themselves were executed.
     failed: bool,
     /// A motion that waits for the next block.
-    corner: Option<Box<Corner>>,
+    corner: Option<Box<HeldMotion>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,7 +77,7 @@ pub(crate) struct CornerMark {
 
 /// A motion that waits for the next block.
 #[derive(Debug)]
-pub(crate) struct Corner {
+pub(crate) struct HeldMotion {
     command: Command,
     mark: CornerMark,
     held: Vec<Command>,
@@ -103,11 +103,11 @@ impl Corners {
     }
 
     /// Takes the next command of the queue through the corners; commands that are ready go to `ready`.
-    fn through(&mut self, command: Command, mark: Option<Box<CornerMark>>) -> Result<(), Box<Failure>> {
+    fn through(&mut self, command: Command, mark: Option<Box<CornerMark>>) -> Result<(), Box<CornerFailure>> {
         let Some(mut corner) = self.corner.take() else {
             match mark {
                 Some(mark) if mark.kind.is_some() => {
-                    self.corner = Some(Box::new(Corner { command, mark: *mark, held: Vec::new() }));
+                    self.corner = Some(Box::new(HeldMotion { command, mark: *mark, held: Vec::new() }));
                 }
                 _ => self.ready.push_back(command),
             }
@@ -129,25 +129,25 @@ impl Corners {
         };
         let mut next = command;
         match join(&mut corner, &mut next, &mut mark) {
-            Ok(Joined::Piece(piece)) => self.put(*corner, *piece),
-            Ok(Joined::Straight) => self.pass(*corner),
-            Ok(Joined::Nothing) => self.no_corner(corner)?,
+            Ok(CornerOutcome::Piece(piece)) => self.put(*corner, *piece),
+            Ok(CornerOutcome::Straight) => self.pass(*corner),
+            Ok(CornerOutcome::Nothing) => self.no_corner(corner)?,
             Err((message, help)) => {
-                return Err(Box::new(Failure { location: corner.command.location, message, help }));
+                return Err(Box::new(CornerFailure { location: corner.command.location, message, help }));
             }
         }
         self.through(next, Some(mark))
     }
 
     /// The first block and the commands between, without a piece.
-    fn pass(&mut self, corner: Corner) {
+    fn pass(&mut self, corner: HeldMotion) {
         self.ready.push_back(corner.command);
         self.ready.extend(corner.held);
     }
 
     /// The first block, the commands between, and the piece.
-    fn put(&mut self, corner: Corner, piece: Op) {
-        let Corner { command, mark, held } = corner;
+    fn put(&mut self, corner: HeldMotion, piece: Op) {
+        let HeldMotion { command, mark, held } = corner;
         let location = command.location.clone();
         let told = held.iter().rev().find_map(|c| if let Op::Feed(f) = c.op { Some(f) } else { None });
         let at = |op| Command { location: location.clone(), op };
@@ -168,10 +168,10 @@ impl Corners {
     }
 
     /// No block follows that a piece could be put before.
-    fn no_corner(&mut self, corner: Box<Corner>) -> Result<(), Box<Failure>> {
-        let Corner { command, mark, held } = *corner;
+    fn no_corner(&mut self, corner: Box<HeldMotion>) -> Result<(), Box<CornerFailure>> {
+        let HeldMotion { command, mark, held } = *corner;
         if mark.strict {
-            return Err(Box::new(Failure {
+            return Err(Box::new(CornerFailure {
                 location: command.location,
                 message: "the next motion makes no corner with this one in the working plane, which the chamfer or rounding needs"
                     .to_owned(),
@@ -193,13 +193,13 @@ impl Corners {
 
 /// Why a piece cannot be made; reported at the block that asks for it.
 #[derive(Debug)]
-struct Failure {
+struct CornerFailure {
     location: Location,
     message: String,
     help: &'static str,
 }
 
-impl<L: Cornering> Channel<L> {
+impl<L: CornerLanguage> Channel<L> {
     /// The next command that may leave: a motion with a chamfer or rounding waits for the next one.
     pub(crate) fn past_corners(&mut self) -> Option<Command> {
         loop {
@@ -231,8 +231,8 @@ impl<L: Cornering> Channel<L> {
         }
     }
 
-    fn corner_failed(&mut self, failure: Failure) {
-        let Failure { location, message, help } = failure;
+    fn corner_failed(&mut self, failure: CornerFailure) {
+        let CornerFailure { location, message, help } = failure;
         let source_line = self.line_of(&location.file, location.line).unwrap_or_default();
         self.queue.clear();
         self.done = true;
@@ -279,14 +279,14 @@ fn element(op: &Op, mark: &CornerMark) -> Option<Element> {
         return None;
     }
     let shape = match op {
-        Op::Arc(arc) if arc.normal[w].abs() > SAME_DIRECTION => Shape::Arc {
+        Op::Arc(arc) if arc.normal[w].abs() > SAME_DIRECTION => ElementShape::Arc {
             center: [arc.center[u], arc.center[v]],
             radius: (start[0] - arc.center[u]).hypot(start[1] - arc.center[v]),
             counter_clockwise: arc.normal[w] > 0.0,
             sweep: arc.sweep,
         },
         Op::Arc(_) => return None,
-        _ => Shape::Line,
+        _ => ElementShape::Line,
     };
     let element = Element { start, end, shape };
     (element.extent() > contour::SAME_POINT_MM).then_some(element)
@@ -310,7 +310,7 @@ fn move_end(motion: &mut Motion, to: contour::Point, mark: &CornerMark) {
 type Refusal = (String, &'static str);
 
 /// What becomes of a corner.
-enum Joined {
+enum CornerOutcome {
     Piece(Box<Op>),
     /// The second block continues the first one straight.
     Straight,
@@ -319,21 +319,21 @@ enum Joined {
 }
 
 /// Cuts the two motions at their corner and makes the piece between them.
-fn join(corner: &mut Corner, next: &mut Command, mark: &mut CornerMark) -> Result<Joined, Refusal> {
+fn join(corner: &mut HeldMotion, next: &mut Command, mark: &mut CornerMark) -> Result<CornerOutcome, Refusal> {
     let own = corner.mark.clone();
     let (Some(first), Some(second), Some(kind)) =
         (element(&corner.command.op, &own), element(&next.op, mark), own.kind)
     else {
-        return Ok(Joined::Nothing);
+        return Ok(CornerOutcome::Nothing);
     };
     let (s, t) = (first.last_tangent(), second.first_tangent());
     let (sine, cosine) = (contour::cross(s, t), contour::dot(s, t));
     let turn = sine.abs().atan2(cosine);
     if turn < if own.strict { ISO_STRAIGHT } else { STRAIGHT } {
-        return Ok(if own.strict { Joined::Straight } else { Joined::Nothing });
+        return Ok(if own.strict { CornerOutcome::Straight } else { CornerOutcome::Nothing });
     }
     if turn > std::f64::consts::PI - STRAIGHT {
-        return Ok(Joined::Nothing);
+        return Ok(CornerOutcome::Nothing);
     }
     let (from, to, center) = match kind {
         CornerKind::Rounding(radius) => {
@@ -352,7 +352,7 @@ fn join(corner: &mut Corner, next: &mut Command, mark: &mut CornerMark) -> Resul
             (first.foot(center, offset), second.foot(center, offset), Some((center, radius)))
         }
         CornerKind::Chamfer(value) | CornerKind::Leg(value) => {
-            if first.shape != Shape::Line || second.shape != Shape::Line {
+            if first.shape != ElementShape::Line || second.shape != ElementShape::Line {
                 return Err(("a chamfer between circles is not supported".to_owned(), "write it as a G1 block"));
             }
             let leg = if matches!(kind, CornerKind::Leg(_)) { value } else { value / (2.0 * (0.5 * turn).cos()) };
@@ -374,7 +374,7 @@ fn join(corner: &mut Corner, next: &mut Command, mark: &mut CornerMark) -> Resul
     cut(&mut corner.command.op, taken);
     cut(&mut next.op, used);
     let (Op::Linear(motion) | Op::Arc(ArcMotion { motion, .. })) = &mut corner.command.op else {
-        return Ok(Joined::Nothing);
+        return Ok(CornerOutcome::Nothing);
     };
     move_end(motion, from, &own);
     let mut piece = motion.clone();
@@ -384,7 +384,7 @@ fn join(corner: &mut Corner, next: &mut Command, mark: &mut CornerMark) -> Resul
     piece.exact_stop = false;
     mark.start.put(u, to[0]);
     mark.start.put(v, to[1]);
-    let Some((center, radius)) = center else { return Ok(Joined::Piece(Box::new(Op::Linear(piece)))) };
+    let Some((center, radius)) = center else { return Ok(CornerOutcome::Piece(Box::new(Op::Linear(piece)))) };
     // A coordinate that the program does not know is not in `programmed`: its value has no effect.
     let mut middle = [piece.end.get(w).unwrap_or(0.0); 3];
     middle[u] = center[0];
@@ -393,7 +393,7 @@ fn join(corner: &mut Corner, next: &mut Command, mark: &mut CornerMark) -> Resul
     normal[w] = 1f64.copysign(sine);
     let scale = own.frame.uniform_scale().unwrap_or(1.0);
     let sense = if own.frame.determinant() < 0.0 { -1.0 } else { 1.0 };
-    Ok(Joined::Piece(Box::new(Op::Arc(ArcMotion {
+    Ok(CornerOutcome::Piece(Box::new(Op::Arc(ArcMotion {
         center_base: own.frame.apply(middle),
         normal_base: own.frame.apply_vector(normal).map(|c| sense * c / scale + 0.0),
         center: middle,

@@ -21,9 +21,9 @@ use crate::source::{Mark, Source};
 
 /// Lines of a file, one bit each.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lines(Vec<u64>);
+pub(crate) struct LineSet(Vec<u64>);
 
-impl Lines {
+impl LineSet {
     pub(crate) fn mark(&mut self, line: u32) {
         let word = line as usize / 64;
         if word >= self.0.len() {
@@ -40,7 +40,7 @@ impl Lines {
 /// What the files of a program have run.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Coverage {
-    files: Vec<Lines>,
+    files: Vec<LineSet>,
     /// File and first line after the block that ended the run, at each level of the call stack.
     ends: Vec<(usize, u32)>,
 }
@@ -49,7 +49,7 @@ impl Coverage {
     /// The lines from one up to, not including, another were taken.
     pub(crate) fn mark(&mut self, file: usize, from: u32, to: u32) {
         if file >= self.files.len() {
-            self.files.resize(file + 1, Lines::default());
+            self.files.resize(file + 1, LineSet::default());
         }
         for line in from..to {
             self.files[file].mark(line);
@@ -63,7 +63,7 @@ impl Coverage {
 
     /// The text of a file that was not run.
     pub(crate) fn not_run(&self, file: usize, layout: &Layout<'_>) -> Vec<NotRun> {
-        let none = Lines::default();
+        let none = LineSet::default();
         let ran = self.files.get(file).unwrap_or(&none);
         let ends: Vec<u32> = self.ends.iter().filter(|(f, _)| *f == file).map(|(_, line)| *line).collect();
         layout.search(ran, &ends)
@@ -72,19 +72,19 @@ impl Coverage {
 
 /// A stretch of lines with a name.
 #[derive(Clone, Debug)]
-pub(crate) struct Stretch {
+pub(crate) struct LineStretch {
     /// First line, and the line after the last.
     pub(crate) lines: [u32; 2],
     /// What it is when it is not entered.
     pub(crate) kind: NotRunKind,
 }
 
-impl Stretch {
+impl LineStretch {
     fn holds(&self, line: u32) -> bool {
         (self.lines[0]..self.lines[1]).contains(&line)
     }
 
-    fn entered(&self, ran: &Lines) -> bool {
+    fn entered(&self, ran: &LineSet) -> bool {
         (self.lines[0]..self.lines[1]).any(|line| ran.has(line))
     }
 }
@@ -105,7 +105,7 @@ pub(crate) enum Flow {
 
 /// What a line without a mark is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Role {
+pub(crate) struct LineRole {
     /// It holds something that a control would execute.
     pub(crate) code: bool,
     /// It moves an axis.
@@ -117,17 +117,17 @@ pub(crate) struct Role {
 pub(crate) struct Layout<'a> {
     pub(crate) source: &'a Source,
     /// Programs and subprograms of the file; in order, none in another.
-    pub(crate) parts: Vec<Stretch>,
+    pub(crate) parts: Vec<LineStretch>,
     /// Subprograms inside of the parts.
-    pub(crate) regions: Vec<Stretch>,
+    pub(crate) regions: Vec<LineStretch>,
     /// Returns what a line is.
-    pub(crate) role: &'a dyn Fn(&str, Mark) -> Role,
+    pub(crate) role: &'a dyn Fn(&str, Mark) -> LineRole,
 }
 
 impl Layout<'_> {
-    fn search(&self, ran: &Lines, ends: &[u32]) -> Vec<NotRun> {
+    fn search(&self, ran: &LineSet, ends: &[u32]) -> Vec<NotRun> {
         let mut found: Vec<NotRun> = Vec::new();
-        let not_entered = |list: &[Stretch]| -> Vec<Stretch> {
+        let not_entered = |list: &[LineStretch]| -> Vec<LineStretch> {
             list.iter().filter(|stretch| !stretch.entered(ran)).cloned().collect()
         };
         let (mut parts, mut regions) = (None, None);
@@ -156,7 +156,8 @@ impl Layout<'_> {
             }
             let parts = parts.get_or_insert_with(|| not_entered(&self.parts));
             let regions = regions.get_or_insert_with(|| not_entered(&self.regions));
-            let of = |list: &[Stretch]| list.iter().find(|stretch| stretch.holds(here.line)).map(|s| s.kind.clone());
+            let of =
+                |list: &[LineStretch]| list.iter().find(|stretch| stretch.holds(here.line)).map(|s| s.kind.clone());
             let kind = of(parts).or_else(|| of(regions)).unwrap_or(if behind {
                 NotRunKind::BehindEnd
             } else {
@@ -184,7 +185,7 @@ mod tests {
     use super::*;
 
     /// `{` opens, `}` closes, `|` between, `:` a target; other letters are code, `m` moves, `.` is empty.
-    fn role(line: &str, _: Mark) -> Role {
+    fn role(line: &str, _: Mark) -> LineRole {
         let flow = match line {
             "{" => Flow::Opens,
             "}" => Flow::Closes,
@@ -192,7 +193,7 @@ mod tests {
             ":" => Flow::Target,
             _ => Flow::On,
         };
-        Role { code: line.chars().all(char::is_alphabetic), moves: line == "m", flow }
+        LineRole { code: line.chars().all(char::is_alphabetic), moves: line == "m", flow }
     }
 
     /// `+` in front of a line: it was run; `!`: it was run and ended the program.
@@ -210,9 +211,9 @@ mod tests {
             plain.push('\n');
         }
         let source = Source::new("t", plain);
-        let stretches = |list: &[[u32; 2]], program: bool| -> Vec<Stretch> {
+        let stretches = |list: &[[u32; 2]], program: bool| -> Vec<LineStretch> {
             let kind = |name: String| if program { NotRunKind::Program(name) } else { NotRunKind::Subprogram(name) };
-            list.iter().zip(1..).map(|(&lines, i)| Stretch { lines, kind: kind(format!("{i}")) }).collect()
+            list.iter().zip(1..).map(|(&lines, i)| LineStretch { lines, kind: kind(format!("{i}")) }).collect()
         };
         let layout =
             Layout { source: &source, parts: stretches(parts, true), regions: stretches(regions, false), role: &role };

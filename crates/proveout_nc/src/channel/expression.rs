@@ -41,9 +41,9 @@ impl<P> Expr<P> {
 
 /// A parameter whose number is itself a formula: `R[R1+1]`, `#[#2+1]`.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Indexed(pub(crate) Box<Expr<Self>>);
+pub(crate) struct IndexedParameter(pub(crate) Box<Expr<Self>>);
 
-impl Indexed {
+impl IndexedParameter {
     pub(crate) fn expr(index: Expr<Self>) -> Expr<Self> {
         Expr::Param(Self(Box::new(index)))
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{Channel, Language, Lines};
+use super::{Channel, Language, LineLanguage};
 use crate::Op;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Diagnostics, Fault, Span};
@@ -11,7 +11,7 @@ use crate::source::{Mark, Source};
 
 /// A program file with its structure.
 #[derive(Debug)]
-pub(crate) struct Loaded<I> {
+pub(crate) struct LoadedProgram<I> {
     pub(crate) source: Source,
     pub(crate) index: I,
     /// Its number among the files of the run.
@@ -20,7 +20,7 @@ pub(crate) struct Loaded<I> {
 
 /// Lines of one program or subprogram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Section {
+pub(crate) struct ProgramSection {
     pub(crate) start: Mark,
     /// Byte after the last line.
     pub(crate) end: usize,
@@ -28,9 +28,9 @@ pub(crate) struct Section {
 
 /// One level of the call stack.
 #[derive(Debug)]
-pub(crate) struct Level<L: Language> {
-    pub(crate) loaded: Arc<Loaded<L::Index>>,
-    pub(crate) section: Section,
+pub(crate) struct StackLevel<L: Language> {
+    pub(crate) loaded: Arc<LoadedProgram<L::Index>>,
+    pub(crate) section: ProgramSection,
     pub(crate) cursor: Mark,
     /// First line, for further passes.
     pub(crate) first: Mark,
@@ -38,7 +38,7 @@ pub(crate) struct Level<L: Language> {
     pub(crate) own: L::Level,
 }
 
-impl<L: Lines> Channel<L> {
+impl<L: LineLanguage> Channel<L> {
     /// Executes one line.
     pub(crate) fn step_line(&mut self) -> Result<(), Box<Diagnostic>> {
         let Some(level) = self.stack.last_mut() else {
@@ -79,7 +79,7 @@ impl<L: Language> Channel<L> {
     }
 
     /// Continues after a line.
-    pub(crate) fn continue_after(&mut self, loaded: &Loaded<L::Index>, line: Mark) {
+    pub(crate) fn continue_after(&mut self, loaded: &LoadedProgram<L::Index>, line: Mark) {
         let next = loaded.source.line(line).map_or(line, |(_, next)| next);
         self.set_cursor(next);
     }
@@ -112,13 +112,13 @@ impl<L: Language> Channel<L> {
     /// Enters a subprogram at its first line.
     pub(crate) fn enter(
         &mut self,
-        (loaded, section): (Arc<Loaded<L::Index>>, Section),
+        (loaded, section): (Arc<LoadedProgram<L::Index>>, ProgramSection),
         first: Mark,
         passes: u32,
         own: L::Level,
     ) {
         let passes_left = passes.saturating_sub(1);
-        self.stack.push(Level { loaded, section, cursor: first, first, passes_left, own });
+        self.stack.push(StackLevel { loaded, section, cursor: first, first, passes_left, own });
     }
 
     /// Begins the next pass of a subprogram; false when all are done.
@@ -155,7 +155,7 @@ impl<L: Language> Channel<L> {
         kind: &str,
         name: &str,
         span: Span,
-    ) -> Result<Arc<Loaded<L::Index>>, Fault> {
+    ) -> Result<Arc<LoadedProgram<L::Index>>, Fault> {
         if let Some(loaded) = self.files.get(&path) {
             return Ok(Arc::clone(loaded));
         }
@@ -171,7 +171,7 @@ impl<L: Language> Channel<L> {
         if !faults.is_empty() {
             return Err(failed(format!("is broken: {}", Diagnostics(faults))));
         }
-        let loaded = Arc::new(Loaded { source, index, file: self.files.len() + 1 });
+        let loaded = Arc::new(LoadedProgram { source, index, file: self.files.len() + 1 });
         self.files.insert(path, Arc::clone(&loaded));
         Ok(loaded)
     }

@@ -3,7 +3,7 @@
 
 use super::{Channel, Language};
 use crate::control::Meaning;
-use crate::control::words::Listed;
+use crate::control::words::ListedWord;
 use crate::dialect::listed::{call_not_run, ignored, left_out};
 use crate::{Feed, Op};
 
@@ -14,7 +14,7 @@ impl<L: Language> Channel<L> {
     /// Emits what the control file says of a word: the word at a place of its table, and the values
     /// that belong to it.
     pub(crate) fn tell_listed(&mut self, at: usize, values: &str) {
-        let Some(Listed { word, meaning, .. }) = self.settings.control.words.at(at).cloned() else { return };
+        let Some(ListedWord { word, meaning, .. }) = self.settings.control.words.at(at).cloned() else { return };
         match meaning {
             Meaning::Message(text) => self.emit(Op::Message(text)),
             Meaning::Note(text) => self.note(format!("{word}{values}: {text}")),

@@ -47,11 +47,11 @@ use coverage::Coverage;
 use doubt::Doubt;
 use passes::Passes;
 
-pub(crate) use flow::{Level, Loaded, Section};
+pub(crate) use flow::{LoadedProgram, ProgramSection, StackLevel};
 pub(crate) use holes::{Holes, Stroke};
 pub(crate) use motion::{arc_fault, differ_by_little, finite, unknown_axes, unknown_axis};
 pub(crate) use parameters::UsualFeed;
-pub(crate) use recover::{Failed, Recovery, Salvage, TakenOut};
+pub(crate) use recover::{FailedBlock, Recovery, Salvage, TakenOut};
 pub(crate) use technology::{Technology, direction_of, direction_of_thread, opposite};
 
 /// A language of programs: how its blocks are read, and what they mean.
@@ -105,10 +105,10 @@ pub(crate) trait Language: Debug + Sized {
 
     /// Goes on after the block that has failed; returns what is in doubt there. None: nothing is,
     /// and all is settled.
-    fn go_on(channel: &mut Channel<Self>, failed: &Failed<Self::Index>) -> Option<Doubt>;
+    fn go_on(channel: &mut Channel<Self>, failed: &FailedBlock<Self::Index>) -> Option<Doubt>;
 
     /// A block has failed, and what waited for its end is given up.
-    fn give_up(_channel: &mut Channel<Self>, _failed: &Failed<Self::Index>) {}
+    fn give_up(_channel: &mut Channel<Self>, _failed: &FailedBlock<Self::Index>) {}
 
     /// What else is lost after a block that leaves this in doubt.
     fn doubted(_channel: &mut Channel<Self>, _doubt: Doubt) {}
@@ -134,11 +134,11 @@ pub(crate) trait Language: Debug + Sized {
 }
 
 /// A language whose blocks are lines.
-pub(crate) trait Lines: Language {
+pub(crate) trait LineLanguage: Language {
     /// Executes a line.
     fn run_line(
         channel: &mut Channel<Self>,
-        loaded: &Arc<Loaded<Self::Index>>,
+        loaded: &Arc<LoadedProgram<Self::Index>>,
         line: &str,
         at: Mark,
         block: &mut Self::Block,
@@ -147,7 +147,7 @@ pub(crate) trait Lines: Language {
     /// The text of the program or subprogram that runs is at its end.
     fn end_of_text(
         channel: &mut Channel<Self>,
-        loaded: &Arc<Loaded<Self::Index>>,
+        loaded: &Arc<LoadedProgram<Self::Index>>,
         at: Mark,
     ) -> Result<(), Box<Diagnostic>>;
 }
@@ -158,9 +158,9 @@ pub(crate) trait Lines: Language {
 pub(crate) struct Channel<L: Language> {
     pub(crate) settings: Settings,
     pub(crate) folders: Vec<PathBuf>,
-    pub(crate) main: Arc<Loaded<L::Index>>,
-    pub(crate) files: BTreeMap<PathBuf, Arc<Loaded<L::Index>>>,
-    pub(crate) stack: Vec<Level<L>>,
+    pub(crate) main: Arc<LoadedProgram<L::Index>>,
+    pub(crate) files: BTreeMap<PathBuf, Arc<LoadedProgram<L::Index>>>,
+    pub(crate) stack: Vec<StackLevel<L>>,
     /// Words of the block, boxed, because it is taken out for every block.
     pub(crate) block: Option<Box<L::Block>>,
     pub(crate) queue: VecDeque<(Command, L::Mark)>,
@@ -184,7 +184,7 @@ pub(crate) struct Channel<L: Language> {
     /// Calls of subprograms that are not there and were left out.
     pub(crate) missing: Vec<NotRun>,
     /// What commands so far say of how the parameters of the control count.
-    pub(crate) told: parameters::Told,
+    pub(crate) told: parameters::CountingState,
     /// What this language keeps and no other does.
     pub(crate) own: L,
 }
@@ -197,7 +197,7 @@ impl<L: Language> Channel<L> {
         folder: Option<PathBuf>,
         settings: &Settings,
         own: L,
-        main: impl FnOnce(&L::Index) -> (Section, L::Level),
+        main: impl FnOnce(&L::Index) -> (ProgramSection, L::Level),
         variables: L::Variables,
         modal: L::Modal,
     ) -> Self {
@@ -205,8 +205,8 @@ impl<L: Language> Channel<L> {
         let index = own.index(&source, true, &mut structure);
         let (section, level) = main(&index);
         let location = Location { file: Arc::clone(&source.name), line: 0, column: 1, length: 0, depth: 0 };
-        let loaded = Arc::new(Loaded { source, index, file: 0 });
-        let level = Level {
+        let loaded = Arc::new(LoadedProgram { source, index, file: 0 });
+        let level = StackLevel {
             loaded: Arc::clone(&loaded),
             section,
             cursor: section.start,
@@ -235,7 +235,7 @@ impl<L: Language> Channel<L> {
             position: Position::new(),
             told_words: BTreeSet::new(),
             missing: Vec::new(),
-            told: parameters::Told::default(),
+            told: parameters::CountingState::default(),
             own,
             settings: settings.clone(),
         }
@@ -296,7 +296,7 @@ impl<L: Language> Channel<L> {
     }
 
     /// The files that were read so far, the main program first.
-    pub(crate) fn loaded(&self) -> impl Iterator<Item = &Arc<Loaded<L::Index>>> {
+    pub(crate) fn loaded(&self) -> impl Iterator<Item = &Arc<LoadedProgram<L::Index>>> {
         std::iter::once(&self.main).chain(self.files.values())
     }
 
@@ -340,7 +340,7 @@ impl<L: Language> Reader for Channel<L> {
     }
 
     fn recover(&mut self) -> bool {
-        self.go_on_behind_fault()
+        self.resume_after_error()
     }
 
     fn follows(&self, fault: &Diagnostic) -> bool {

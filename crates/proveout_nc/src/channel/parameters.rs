@@ -17,7 +17,7 @@ const SAME_RADIUS_MM: f64 = 1e-6;
 
 /// What commands and notes so far say of how the parameters count.
 #[derive(Debug, Default)]
-pub(crate) struct Told {
+pub(crate) struct CountingState {
     /// Tool center point control is on.
     tcp: bool,
     /// F is the time of the block.
@@ -39,7 +39,7 @@ pub(crate) enum UsualFeed {
     Usual(MixedFeed),
 }
 
-impl Told {
+impl CountingState {
     pub(super) fn look(&mut self, op: &Op) {
         match op {
             Op::Tcp(tcp) => self.tcp = tcp.on,

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::doubt::{Doubt, Faults, Stage};
 use super::passes::Passes;
-use super::{Channel, Language, Loaded};
+use super::{Channel, Language, LoadedProgram};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::source::Mark;
@@ -19,7 +19,7 @@ const MAX_TRIES: u32 = 16;
 #[derive(Debug)]
 pub(crate) struct Recovery<I> {
     pub(crate) faults: Faults,
-    pub(crate) failed: Option<Failed<I>>,
+    pub(crate) failed: Option<FailedBlock<I>>,
 }
 
 impl<I> Default for Recovery<I> {
@@ -30,13 +30,13 @@ impl<I> Default for Recovery<I> {
 
 /// The block that has failed last.
 #[derive(Debug)]
-pub(crate) struct Failed<I> {
+pub(crate) struct FailedBlock<I> {
     pub(crate) line: String,
     pub(crate) code: &'static str,
     pub(crate) span: Span,
     /// It may follow from a fault before: its block has done nothing that could be relied on.
     pub(crate) follows: bool,
-    pub(crate) loaded: Arc<Loaded<I>>,
+    pub(crate) loaded: Arc<LoadedProgram<I>>,
     pub(crate) at: Mark,
     /// How often it has failed.
     pub(crate) times: u32,
@@ -66,7 +66,7 @@ impl<L: Language> Channel<L> {
     /// Places a fault and keeps what going on needs to know.
     pub(crate) fn failed(
         &mut self,
-        loaded: &Arc<Loaded<L::Index>>,
+        loaded: &Arc<LoadedProgram<L::Index>>,
         at: Mark,
         line: &str,
         fault: Fault,
@@ -74,7 +74,7 @@ impl<L: Language> Channel<L> {
         let times = self.recovery.faults.count(loaded.file, at.line);
         let (code, span) = (fault.code, fault.span);
         let diagnostic = L::locate(fault, &loaded.source, at, line);
-        self.recovery.failed = Some(Failed {
+        self.recovery.failed = Some(FailedBlock {
             line: line.to_owned(),
             code,
             span,
@@ -87,7 +87,7 @@ impl<L: Language> Channel<L> {
     }
 
     /// Goes on after the block that has failed; false where nothing can follow.
-    pub(super) fn go_on_behind_fault(&mut self) -> bool {
+    pub(super) fn resume_after_error(&mut self) -> bool {
         if let Some(answer) = L::resume(self) {
             return answer;
         }
@@ -119,7 +119,7 @@ impl<L: Language> Channel<L> {
 
 impl<L: Salvage> Channel<L> {
     /// Executes the words of the block that have no fault; returns what is in doubt after them.
-    pub(crate) fn salvage_words(&mut self, failed: &Failed<L::Index>, unread: bool) -> Doubt {
+    pub(crate) fn salvage_words(&mut self, failed: &FailedBlock<L::Index>, unread: bool) -> Doubt {
         let mut block = self.block.take().unwrap_or_default();
         // After a fault of grammar nothing is read; words before it are good unless they touch it.
         // The end point of a block with a fault is unknown, even if its axis words can be read.

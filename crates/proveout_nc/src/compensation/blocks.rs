@@ -1,10 +1,10 @@
 //! Motions of the programmed contour: entry, blocks, exit, and those that do not move in the plane.
 
-use super::contour::{Element, Point, SAME_POINT_MM, Shape, norm, sub};
-use super::corner::Entry;
-use super::plane::Plane;
-use super::stretch::{Role, WINDOW, Wall, Way};
-use super::{Compensated, Fault, Pending, State, emit, motion_mut, motion_of};
+use super::contour::{Element, ElementShape, Point, SAME_POINT_MM, norm, sub};
+use super::corner::ContourEntry;
+use super::plane::CompPlane;
+use super::stretch::{CenterPiece, ContourBlock, PathRole, WINDOW};
+use super::{CompState, CompensatedReader, Fault, PendingBlock, emit, motion_mut, motion_of};
 use crate::codes;
 use crate::frame;
 use crate::{AxisValues, Command, Feed, Location, Op};
@@ -12,7 +12,7 @@ use crate::{AxisValues, Command, Feed, Location, Op};
 /// Sine of the angle between tool axis and normal above which the axis is not square to the plane.
 const OFF_SQUARE: f64 = 1e-6;
 
-impl Compensated {
+impl CompensatedReader {
     pub(super) fn motion(&mut self, mut command: Command) -> Result<(), Fault> {
         let location = command.location.clone();
         let Some(motion) = motion_of(&command.op) else { return self.pass(command) };
@@ -60,7 +60,7 @@ impl Compensated {
             return Err(self.unfit(&location, "the tool axis is not square to the plane of cutter compensation"));
         }
         let end = plane.project(&end_base).map_err(|missing| self.unknown(&location, &missing))?;
-        let entering = self.state == State::Entering;
+        let entering = self.state == CompState::Entering;
         let from = match &self.pending {
             Some(pending) if !entering => Some(pending.element.end),
             _ => plane.project(&start).ok(),
@@ -94,26 +94,33 @@ impl Compensated {
     }
 
     /// The straight block in feed that leads off the contour.
-    fn exit_move(&mut self, end_base: &AxisValues, plane: &Plane, location: Location) {
+    fn exit_move(&mut self, end_base: &AxisValues, plane: &CompPlane, location: Location) {
         let Some((stretch, from)) = &self.leaving else { return };
         let (Ok(end), Some(wall)) = (plane.project(end_base), stretch.walls.len().checked_sub(1)) else {
             let text = "the exit from cutter compensation is not checked against the contour: its end is not known";
             self.out.push_back(Ok(Command { location, op: Op::Note(text.to_owned()) }));
             return;
         };
-        let element = Element { start: *from, end, shape: Shape::Line };
-        let way = Way { element, role: Role::Exit, wall, radius: self.offset.abs(), heights: self.heights, location };
+        let element = Element { start: *from, end, shape: ElementShape::Line };
+        let way = CenterPiece {
+            element,
+            role: PathRole::Exit,
+            wall,
+            radius: self.offset.abs(),
+            heights: self.heights,
+            location,
+        };
         self.check_exit(&way);
     }
 
-    pub(super) fn shape(&self, op: &Op, plane: &Plane, location: &Location) -> Result<Shape, Fault> {
-        let Op::Arc(arc) = op else { return Ok(Shape::Line) };
+    pub(super) fn shape(&self, op: &Op, plane: &CompPlane, location: &Location) -> Result<ElementShape, Fault> {
+        let Op::Arc(arc) = op else { return Ok(ElementShape::Line) };
         let sense = frame::dot(arc.normal_base, plane.normal);
         if sense.abs() < frame::SAME_DIRECTION {
             return Err(self.unfit(location, "a circle outside of the plane of cutter compensation"));
         }
         let center = plane.project_point(arc.center_base);
-        let shape = Shape::Arc { center, radius: arc.radius, counter_clockwise: sense > 0.0, sweep: arc.sweep };
+        let shape = ElementShape::Arc { center, radius: arc.radius, counter_clockwise: sense > 0.0, sweep: arc.sweep };
         let probe = Element { start: [0.0; 2], end: [0.0; 2], shape };
         if let Some(pending) = &self.pending
             && pending.offset != self.offset
@@ -138,7 +145,7 @@ impl Compensated {
         command: Command,
         from: Option<Point>,
         end: Point,
-        plane: Plane,
+        plane: CompPlane,
     ) -> Result<(), Fault> {
         let location = command.location.clone();
         if matches!(command.op, Op::Arc(_)) {
@@ -151,9 +158,9 @@ impl Compensated {
             self.out.push_back(Ok(Command { location: location.clone(), op: Op::Note(text.to_owned()) }));
         }
         let from = match (style.entry, from) {
-            (Entry::Perpendicular, from) => from.unwrap_or(end),
-            (Entry::Parallel, Some(from)) if norm(sub(end, from)) > self.offset.abs() => from,
-            (Entry::Parallel, Some(from)) => {
+            (ContourEntry::Perpendicular, from) => from.unwrap_or(end),
+            (ContourEntry::Parallel, Some(from)) if norm(sub(end, from)) > self.offset.abs() => from,
+            (ContourEntry::Parallel, Some(from)) => {
                 let message = format!(
                     "the entry move is {:.4} mm long, not longer than the tool radius {} mm",
                     norm(sub(end, from)),
@@ -161,14 +168,14 @@ impl Compensated {
                 );
                 return Err(self.fault(codes::COMPENSATION, &location, message, "begin farther from the contour"));
             }
-            (Entry::Parallel, None) => {
+            (ContourEntry::Parallel, None) => {
                 let missing = plane.project(&AxisValues::NONE).err().unwrap_or_default();
                 return Err(self.unknown(&location, &missing));
             }
         };
-        let element = Element { start: from, end, shape: Shape::Line };
-        self.state = State::On;
-        self.pending = Some(Pending {
+        let element = Element { start: from, end, shape: ElementShape::Line };
+        self.state = CompState::On;
+        self.pending = Some(PendingBlock {
             command,
             element,
             offset: self.offset,
@@ -200,7 +207,7 @@ impl Compensated {
             );
             self.out.push_back(Ok(Command { location: command.location.clone(), op: Op::Note(text) }));
         }
-        self.stretch.walls.push(Wall {
+        self.stretch.walls.push(ContourBlock {
             element,
             offset: least_offset,
             location: command.location.clone(),
@@ -208,7 +215,7 @@ impl Compensated {
             heights: self.heights,
             look_ahead: style.look_ahead,
         });
-        self.pending = Some(Pending {
+        self.pending = Some(PendingBlock {
             command,
             element,
             offset: self.offset,

@@ -44,7 +44,7 @@ pub(crate) fn unit(a: Point) -> Point {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Shape {
+pub(crate) enum ElementShape {
     Line,
     Arc {
         center: Point,
@@ -61,15 +61,15 @@ pub(crate) enum Shape {
 pub(crate) struct Element {
     pub(crate) start: Point,
     pub(crate) end: Point,
-    pub(crate) shape: Shape,
+    pub(crate) shape: ElementShape,
 }
 
 impl Element {
     /// Unit direction of motion at a point of the element.
     pub(crate) fn tangent_at(&self, point: Point) -> Point {
         match self.shape {
-            Shape::Line => unit(sub(self.end, self.start)),
-            Shape::Arc { center, counter_clockwise, .. } => {
+            ElementShape::Line => unit(sub(self.end, self.start)),
+            ElementShape::Arc { center, counter_clockwise, .. } => {
                 let turned = left(unit(sub(point, center)));
                 if counter_clockwise { turned } else { turned.map(|v| -v) }
             }
@@ -89,8 +89,8 @@ impl Element {
     /// Radius of the equidistant of an arc: `offset` to the left brings it nearer to a center on the left.
     pub(crate) fn offset_radius(&self, offset: f64) -> Option<f64> {
         match self.shape {
-            Shape::Line => None,
-            Shape::Arc { radius, counter_clockwise, .. } => {
+            ElementShape::Line => None,
+            ElementShape::Arc { radius, counter_clockwise, .. } => {
                 Some(if counter_clockwise { radius - offset } else { radius + offset })
             }
         }
@@ -109,7 +109,7 @@ impl Element {
     fn offset_point(&self, point: Point, offset: f64) -> Point {
         match (self.shape, self.offset_radius(offset)) {
             // On the one circle of all its points, although start and end of a programmed arc may differ by rounding.
-            (Shape::Arc { center, .. }, Some(radius)) => along(center, unit(sub(point, center)), radius),
+            (ElementShape::Arc { center, .. }, Some(radius)) => along(center, unit(sub(point, center)), radius),
             _ => along(point, left(self.first_tangent()), offset),
         }
     }
@@ -117,8 +117,8 @@ impl Element {
     /// How far a point of the equidistant lies before its end: mm on a line, radian on an arc.
     pub(crate) fn back_from_end(&self, point: Point, offset: f64) -> f64 {
         match self.shape {
-            Shape::Line => dot(sub(self.offset_end(offset), point), self.last_tangent()),
-            Shape::Arc { center, counter_clockwise, .. } => {
+            ElementShape::Line => dot(sub(self.offset_end(offset), point), self.last_tangent()),
+            ElementShape::Arc { center, counter_clockwise, .. } => {
                 angle(sub(point, center), sub(self.end, center), counter_clockwise, self.offset_radius(offset))
             }
         }
@@ -128,8 +128,8 @@ impl Element {
     /// [`Self::back_from_end`].
     pub(crate) fn on_from_start(&self, point: Point, offset: f64) -> f64 {
         match self.shape {
-            Shape::Line => dot(sub(point, self.offset_start(offset)), self.first_tangent()),
-            Shape::Arc { center, counter_clockwise, .. } => {
+            ElementShape::Line => dot(sub(point, self.offset_start(offset)), self.first_tangent()),
+            ElementShape::Arc { center, counter_clockwise, .. } => {
                 angle(sub(self.start, center), sub(point, center), counter_clockwise, self.offset_radius(offset))
             }
         }
@@ -138,8 +138,8 @@ impl Element {
     /// As [`Self::back_from_end`] for points near the end; negative beyond the end.
     pub(crate) fn before_end(&self, point: Point, offset: f64) -> f64 {
         match self.shape {
-            Shape::Line => self.back_from_end(point, offset),
-            Shape::Arc { center, counter_clockwise, .. } => {
+            ElementShape::Line => self.back_from_end(point, offset),
+            ElementShape::Arc { center, counter_clockwise, .. } => {
                 turn(sub(point, center), sub(self.end, center), counter_clockwise)
             }
         }
@@ -148,8 +148,8 @@ impl Element {
     /// As [`Self::on_from_start`] for points near the start, below zero before it.
     pub(crate) fn after_start(&self, point: Point, offset: f64) -> f64 {
         match self.shape {
-            Shape::Line => self.on_from_start(point, offset),
-            Shape::Arc { center, counter_clockwise, .. } => {
+            ElementShape::Line => self.on_from_start(point, offset),
+            ElementShape::Arc { center, counter_clockwise, .. } => {
                 turn(sub(self.start, center), sub(point, center), counter_clockwise)
             }
         }
@@ -158,16 +158,16 @@ impl Element {
     /// Point of the element itself that is nearest to a point of its equidistant.
     pub(crate) fn foot(&self, point: Point, offset: f64) -> Point {
         match self.shape {
-            Shape::Line => along(point, left(self.first_tangent()), -offset),
-            Shape::Arc { center, radius, .. } => along(center, unit(sub(point, center)), radius),
+            ElementShape::Line => along(point, left(self.first_tangent()), -offset),
+            ElementShape::Arc { center, radius, .. } => along(center, unit(sub(point, center)), radius),
         }
     }
 
     /// Curvature, 1/mm, above zero where the path bends to the left.
     pub(crate) fn curvature(&self) -> f64 {
         match self.shape {
-            Shape::Line => 0.0,
-            Shape::Arc { radius, counter_clockwise, .. } => {
+            ElementShape::Line => 0.0,
+            ElementShape::Arc { radius, counter_clockwise, .. } => {
                 if counter_clockwise {
                     1.0 / radius
                 } else {
@@ -180,8 +180,8 @@ impl Element {
     /// Length along the element, mm.
     pub(crate) fn length(&self) -> f64 {
         match self.shape {
-            Shape::Line => self.extent(),
-            Shape::Arc { radius, sweep, .. } => radius * sweep,
+            ElementShape::Line => self.extent(),
+            ElementShape::Arc { radius, sweep, .. } => radius * sweep,
         }
     }
 
@@ -198,8 +198,8 @@ impl Element {
 
     fn moved_along(&self, from: Point, tangent: Point, by: f64) -> Point {
         match self.shape {
-            Shape::Line => along(from, tangent, by),
-            Shape::Arc { center, counter_clockwise, .. } => {
+            ElementShape::Line => along(from, tangent, by),
+            ElementShape::Arc { center, counter_clockwise, .. } => {
                 let (sine, cosine) = if counter_clockwise { by } else { -by }.sin_cos();
                 let [x, y] = sub(from, center);
                 [center[0] + cosine * x - sine * y, center[1] + sine * x + cosine * y]
@@ -210,8 +210,8 @@ impl Element {
     /// Length of the whole element in the unit of [`Self::back_from_end`].
     pub(crate) fn extent(&self) -> f64 {
         match self.shape {
-            Shape::Line => norm(sub(self.end, self.start)),
-            Shape::Arc { sweep, .. } => sweep,
+            ElementShape::Line => norm(sub(self.end, self.start)),
+            ElementShape::Arc { sweep, .. } => sweep,
         }
     }
 }
@@ -273,20 +273,20 @@ pub(crate) fn intersections(first: &Element, second: &Element, offset: f64) -> [
     let (p, q) = (first.offset_end(offset), second.offset_start(offset));
     let (s, t) = (first.last_tangent(), second.first_tangent());
     match (first.shape, second.shape) {
-        (Shape::Line, Shape::Line) => {
+        (ElementShape::Line, ElementShape::Line) => {
             let across = cross(s, t);
             if across.abs() < PARALLEL {
                 return [None, None];
             }
             [Some(along(p, s, cross(sub(q, p), t) / across)), None]
         }
-        (Shape::Line, Shape::Arc { center, .. }) => {
+        (ElementShape::Line, ElementShape::Arc { center, .. }) => {
             line_and_circle(p, s, center, second.offset_radius(offset).unwrap_or(0.0))
         }
-        (Shape::Arc { center, .. }, Shape::Line) => {
+        (ElementShape::Arc { center, .. }, ElementShape::Line) => {
             line_and_circle(q, t, center, first.offset_radius(offset).unwrap_or(0.0))
         }
-        (Shape::Arc { center: a, .. }, Shape::Arc { center: b, .. }) => {
+        (ElementShape::Arc { center: a, .. }, ElementShape::Arc { center: b, .. }) => {
             let radii = (first.offset_radius(offset).unwrap_or(0.0), second.offset_radius(offset).unwrap_or(0.0));
             let between = sub(b, a);
             let distance = norm(between);
@@ -333,7 +333,7 @@ mod tests {
     use super::*;
 
     fn line(start: Point, end: Point) -> Element {
-        Element { start, end, shape: Shape::Line }
+        Element { start, end, shape: ElementShape::Line }
     }
 
     #[test]
@@ -352,7 +352,7 @@ mod tests {
         let b = Element {
             start: [8.0, 6.0],
             end: [-8.0, 6.0],
-            shape: Shape::Arc { center: [0.0, 0.0], radius: 10.0, counter_clockwise: true, sweep: 1.0 },
+            shape: ElementShape::Arc { center: [0.0, 0.0], radius: 10.0, counter_clockwise: true, sweep: 1.0 },
         };
         let point = inside_corner(&a, &b, 1.0, 13.0).unwrap().point;
         assert!((norm(point) - 9.0).abs() < 1e-12 && (point[1] - 7.0).abs() < 1e-12, "{point:?}");
@@ -364,7 +364,7 @@ mod tests {
         let arc = |start: Point, end: Point, center: Point| Element {
             start,
             end,
-            shape: Shape::Arc { center, radius: 10.0, counter_clockwise: true, sweep: 2.0 },
+            shape: ElementShape::Arc { center, radius: 10.0, counter_clockwise: true, sweep: 2.0 },
         };
         // Two circles of radius 10 about (-6, 0) and (6, 0) cross at (0, 8): a lens run counter-clockwise has there a corner
         // with the tool inside, on the left.

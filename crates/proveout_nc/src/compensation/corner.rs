@@ -3,7 +3,8 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use super::contour::{
-    self, Element, Meeting, Point, ROUNDING_MM, SAME_POINT_MM, Shape, along, cross, dot, inside_corner, left, norm, sub,
+    self, Element, ElementShape, Meeting, Point, ROUNDING_MM, SAME_POINT_MM, along, cross, dot, inside_corner, left,
+    norm, sub,
 };
 use super::crumb;
 
@@ -23,8 +24,8 @@ const TURNED_BACK: f64 = 1e-6;
 /// How the dialect guides the tool around and onto the contour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CompStyle {
-    pub(crate) corner: Corner,
-    pub(crate) entry: Entry,
+    pub(crate) corner: OutsideCorner,
+    pub(crate) entry: ContourEntry,
     pub(crate) feed: FeedAt,
     /// KONT: entry and exit go around the contour where they start or end on its far side. On the
     /// side of the tool, as NORM.
@@ -35,7 +36,7 @@ pub(crate) struct CompStyle {
 
 /// Outside corners.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Corner {
+pub(crate) enum OutsideCorner {
     /// A circle of the tool radius about the corner.
     Arc,
     /// The intersection of the tangents at the ends of the equidistants, up to a limit.
@@ -57,7 +58,7 @@ pub(crate) enum Beyond {
 
 /// The block that leads onto the contour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Entry {
+pub(crate) enum ContourEntry {
     /// It ends on the equidistant at the start of the contour, at a right angle to the first
     /// tangent.
     Perpendicular,
@@ -79,8 +80,8 @@ pub(crate) enum FeedAt {
 impl CompStyle {
     /// Circles at outside corners, perpendicular entry, feed of the tool center.
     pub(crate) const PLAIN: Self = Self {
-        corner: Corner::Arc,
-        entry: Entry::Perpendicular,
+        corner: OutsideCorner::Arc,
+        entry: ContourEntry::Perpendicular,
         feed: FeedAt::Center,
         follow_contour: false,
         look_ahead: 1,
@@ -90,18 +91,18 @@ impl CompStyle {
     /// Three blocks are read ahead (the least that parameter 19625 allows): each block is checked
     /// against the two after it.
     pub(crate) const FANUC: Self = Self {
-        corner: Corner::Intersection { limit: FRAC_PI_2, beyond: Beyond::Chamfer },
+        corner: OutsideCorner::Intersection { limit: FRAC_PI_2, beyond: Beyond::Chamfer },
         look_ahead: 2,
         ..Self::PLAIN
     };
 
     /// `LinuxCNC`: circles; the entry block is a part of the contour.
-    pub(crate) const LINUX_CNC: Self = Self { entry: Entry::Parallel, ..Self::PLAIN };
+    pub(crate) const LINUX_CNC: Self = Self { entry: ContourEntry::Parallel, ..Self::PLAIN };
 }
 
 /// A piece between the equidistants of two blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Piece {
+pub(super) enum CornerPiece {
     LineTo(Point),
     /// About the programmed corner.
     ArcTo {
@@ -111,13 +112,13 @@ pub(super) enum Piece {
     },
 }
 
-impl Piece {
+impl CornerPiece {
     /// Its line or arc from a point, about the programmed corner.
     pub(super) fn element(&self, start: Point, corner: Point, offset: f64) -> Element {
         match *self {
-            Self::LineTo(end) => Element { start, end, shape: Shape::Line },
+            Self::LineTo(end) => Element { start, end, shape: ElementShape::Line },
             Self::ArcTo { end, counter_clockwise, sweep } => {
-                let shape = Shape::Arc { center: corner, radius: offset.abs(), counter_clockwise, sweep };
+                let shape = ElementShape::Arc { center: corner, radius: offset.abs(), counter_clockwise, sweep };
                 Element { start, end, shape }
             }
         }
@@ -132,7 +133,7 @@ pub(super) struct Join {
     /// What the corner cuts off the end of the first block, in the unit of [`Element::extent`];
     /// negative where the block goes on beyond its end.
     pub(super) taken: f64,
-    pub(super) pieces: Vec<Piece>,
+    pub(super) pieces: Vec<CornerPiece>,
     /// Where the second block begins.
     pub(super) start: Point,
     /// What that takes from the second block; below zero where it begins before its start.
@@ -142,7 +143,7 @@ pub(super) struct Join {
 impl Join {
     /// The first block ends at the end of its equidistant, the second begins at the start of its
     /// own.
-    pub(super) fn beside(end: Point, pieces: Vec<Piece>, start: Point) -> Self {
+    pub(super) fn beside(end: Point, pieces: Vec<CornerPiece>, start: Point) -> Self {
         Self { end, taken: 0.0, pieces, start, used: 0.0 }
     }
 
@@ -159,7 +160,7 @@ impl Join {
 
 /// A block of which the end is looked for.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Begun {
+pub(super) struct BlockStart {
     pub(super) element: Element,
     /// Where the tool center begins it.
     pub(super) from: Point,
@@ -169,8 +170,14 @@ pub(super) struct Begun {
 
 /// Way from one block to the next with the tool `offset` to the left of the motion; none when the tool does not fit into the
 /// corner. `straight_only`: circles are not possible (rapid motion).
-pub(super) fn join(begun: &Begun, second: &Element, offset: f64, corner: Corner, straight_only: bool) -> Option<Join> {
-    let Begun { element: first, from: _, rest } = begun;
+pub(super) fn join(
+    begun: &BlockStart,
+    second: &Element,
+    offset: f64,
+    corner: OutsideCorner,
+    straight_only: bool,
+) -> Option<Join> {
+    let BlockStart { element: first, from: _, rest } = begun;
     let rest = *rest;
     if rest < -ROUNDING_MM {
         return crumb::past_end(begun, second, offset, straight_only);
@@ -193,9 +200,11 @@ pub(super) fn join(begun: &Begun, second: &Element, offset: f64, corner: Corner,
         return Some(join);
     }
     let corner = match corner {
-        Corner::Arc if straight_only => Corner::Intersection { limit: FRAC_PI_2, beyond: Beyond::Chamfer },
-        Corner::Intersection { limit, beyond: Beyond::Arc } if straight_only => {
-            Corner::Intersection { limit: limit.min(FRAC_PI_2), beyond: Beyond::Chamfer }
+        OutsideCorner::Arc if straight_only => {
+            OutsideCorner::Intersection { limit: FRAC_PI_2, beyond: Beyond::Chamfer }
+        }
+        OutsideCorner::Intersection { limit, beyond: Beyond::Arc } if straight_only => {
+            OutsideCorner::Intersection { limit: limit.min(FRAC_PI_2), beyond: Beyond::Chamfer }
         }
         other => other,
     };
@@ -204,39 +213,39 @@ pub(super) fn join(begun: &Begun, second: &Element, offset: f64, corner: Corner,
     let beside = along(first.end, left(s), offset);
     let mut pieces = Vec::new();
     let (to, from) = match corner {
-        Corner::Intersection { limit, .. } if turn <= limit + AT_LIMIT && turn < PI - TURNED_BACK => {
+        OutsideCorner::Intersection { limit, .. } if turn <= limit + AT_LIMIT && turn < PI - TURNED_BACK => {
             let point = along(beside, s, offset.abs() * (0.5 * turn).tan());
             (point, point)
         }
-        Corner::Intersection { beyond: Beyond::Chamfer, .. } => {
+        OutsideCorner::Intersection { beyond: Beyond::Chamfer, .. } => {
             (along(beside, s, offset.abs()), along(q, t, -offset.abs()))
         }
-        Corner::Arc | Corner::Intersection { beyond: Beyond::Arc, .. } => {
+        OutsideCorner::Arc | OutsideCorner::Intersection { beyond: Beyond::Arc, .. } => {
             if norm(sub(p, beside)) > SAME_POINT_MM {
-                pieces.push(Piece::LineTo(beside));
+                pieces.push(CornerPiece::LineTo(beside));
             }
             // At a cusp whose tangents have crossed by rounding, the way around is a little more than half a turn.
             let crossed = cosine < 0.0 && offset * sine > 0.0;
             let sweep = if crossed { TAU - turn } else { turn };
-            pieces.push(Piece::ArcTo { end: q, counter_clockwise: offset < 0.0, sweep });
+            pieces.push(CornerPiece::ArcTo { end: q, counter_clockwise: offset < 0.0, sweep });
             return Some(Join::beside(p, pieces, q));
         }
     };
     // A line runs on to the intersection by itself; an arc ends at the corner, and its tangent goes
     // on.
-    let (end, taken) = if first.shape == Shape::Line {
+    let (end, taken) = if first.shape == ElementShape::Line {
         (to, -norm(sub(to, p)))
     } else {
-        pieces.push(Piece::LineTo(to));
+        pieces.push(CornerPiece::LineTo(to));
         (p, 0.0)
     };
     if norm(sub(to, from)) > SAME_POINT_MM {
-        pieces.push(Piece::LineTo(from));
+        pieces.push(CornerPiece::LineTo(from));
     }
-    let (start, used) = if second.shape == Shape::Line {
+    let (start, used) = if second.shape == ElementShape::Line {
         (from, -norm(sub(q, from)))
     } else {
-        pieces.push(Piece::LineTo(q));
+        pieces.push(CornerPiece::LineTo(q));
         (q, 0.0)
     };
     Some(Join { end, taken, pieces, start, used })
@@ -297,7 +306,7 @@ fn flat_corner(first: &Element, second: &Element, offset: f64, rest: f64, turn: 
     let sign = if inside { 1.0 } else { -1.0 };
     let (on_first, on_second) =
         (reach / first.offset_radius(offset).unwrap_or(1.0), reach / second.offset_radius(offset).unwrap_or(1.0));
-    let bends_little = |e: &Element, by: f64| e.shape == Shape::Line || by < FLAT_TURN;
+    let bends_little = |e: &Element, by: f64| e.shape == ElementShape::Line || by < FLAT_TURN;
     if !bends_little(first, on_first) || !bends_little(second, on_second) {
         return None;
     }
@@ -320,7 +329,8 @@ fn flat_corner(first: &Element, second: &Element, offset: f64, rest: f64, turn: 
 fn gap(first: &Element, offset: f64, p: Point, q: Point, turn: f64) -> Option<Join> {
     let off = norm(sub(p, along(first.end, left(first.last_tangent()), offset)));
     let across = norm(sub(p, q));
-    (off > SAME_POINT_MM && across <= 2.0 * off && turn < FLAT_TURN).then(|| Join::beside(p, vec![Piece::LineTo(q)], q))
+    (off > SAME_POINT_MM && across <= 2.0 * off && turn < FLAT_TURN)
+        .then(|| Join::beside(p, vec![CornerPiece::LineTo(q)], q))
 }
 
 /// What to say about a tool that does not fit: the largest radius that would.

@@ -17,9 +17,9 @@
 //! is not followed must be a crumb as well.
 
 use super::contour::{
-    Element, LEAST_RADIUS_MM, Point, ROUNDING_MM, SAME_POINT_MM, Shape, along, cross, dot, norm, sub, unit,
+    Element, ElementShape, LEAST_RADIUS_MM, Point, ROUNDING_MM, SAME_POINT_MM, along, cross, dot, norm, sub, unit,
 };
-use super::corner::{Begun, Join, Piece};
+use super::corner::{BlockStart, CornerPiece, Join};
 use super::distance;
 
 /// How far a crumb may project from the neighboring contour, mm: below the last digit of programs,
@@ -32,7 +32,7 @@ const BENT: f64 = 0.5;
 
 /// Goes on where the tool does not fit into the corner, past the second block or past what is left of the first; none where
 /// one of both is more than a crumb.
-pub(super) fn swallowed(begun: &Begun, second: &Element, offset: f64) -> Option<Join> {
+pub(super) fn swallowed(begun: &BlockStart, second: &Element, offset: f64) -> Option<Join> {
     let first = &begun.element;
     if turn_between(first.last_tangent(), second.first_tangent()) > BENT {
         return None;
@@ -55,7 +55,7 @@ pub(super) fn swallowed(begun: &Begun, second: &Element, offset: f64) -> Option<
 }
 
 /// The next block where the tool is past the end of the one before.
-pub(super) fn past_end(begun: &Begun, second: &Element, offset: f64, straight_only: bool) -> Option<Join> {
+pub(super) fn past_end(begun: &BlockStart, second: &Element, offset: f64, straight_only: bool) -> Option<Join> {
     take_up(begun, second, offset).or_else(|| {
         // Not yet at the next block: around its start, from the present tool center.
         let (corner, start) = (second.start, second.offset_start(offset));
@@ -69,14 +69,14 @@ pub(super) fn past_end(begun: &Begun, second: &Element, offset: f64, straight_on
         let mut pieces = Vec::new();
         let mut step = |from: Point, to: Point| {
             if norm(sub(to, from)) > SAME_POINT_MM {
-                pieces.push(Piece::LineTo(to));
+                pieces.push(CornerPiece::LineTo(to));
             }
         };
         if norm(sub(start, begun.from)) <= 2.0 * SHORT_MM {
             step(begun.from, start);
         } else if turn > 0.0 && norm(sub(beside, begun.from)) <= CRUMB_MM && !straight_only {
             step(begun.from, beside);
-            pieces.push(Piece::ArcTo { end: start, counter_clockwise: offset < 0.0, sweep: turn });
+            pieces.push(CornerPiece::ArcTo { end: start, counter_clockwise: offset < 0.0, sweep: turn });
         } else {
             return None;
         }
@@ -85,7 +85,7 @@ pub(super) fn past_end(begun: &Begun, second: &Element, offset: f64, straight_on
 }
 
 /// The second block from the present tool center, when that is on its equidistant.
-fn take_up(begun: &Begun, second: &Element, offset: f64) -> Option<Join> {
+fn take_up(begun: &BlockStart, second: &Element, offset: f64) -> Option<Join> {
     let from = begun.from;
     let used = second.after_start(from, offset);
     let foot = second.behind_start(used, offset);
@@ -95,8 +95,8 @@ fn take_up(begun: &Begun, second: &Element, offset: f64) -> Option<Join> {
     }
     // An arc begins on its circle; a line leads from the present tool center to its end.
     let (start, pieces): (Point, _) = match second.shape {
-        Shape::Line => (from, Vec::new()),
-        Shape::Arc { .. } => (foot, vec![Piece::LineTo(foot)]),
+        ElementShape::Line => (from, Vec::new()),
+        ElementShape::Arc { .. } => (foot, vec![CornerPiece::LineTo(foot)]),
     };
     Some(Join { end: from, taken: begun.rest, pieces, start, used })
 }
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     fn line(start: Point, end: Point) -> Element {
-        Element { start, end, shape: Shape::Line }
+        Element { start, end, shape: ElementShape::Line }
     }
 
     #[test]
@@ -122,7 +122,7 @@ mod tests {
         // 10 mm, a crumb that rises by 0.5 um within 1 um, 10 mm on: the tool of 5 mm on the left cannot follow the crumb.
         let (a, crumb, b) =
             (line([-10.0, 0.0], [0.0, 0.0]), line([0.0, 0.0], [1e-3, 5e-4]), line([1e-3, 5e-4], [10.0, 5e-4]));
-        let begun = |element: Element, from, rest| Begun { element, from, rest };
+        let begun = |element: Element, from, rest| BlockStart { element, from, rest };
         let onto = swallowed(&begun(a, [-10.0, 5.0], 10.0), &crumb, 5.0).unwrap();
         assert_eq!((onto.end, onto.start), ([0.0, 5.0], [0.0, 5.0]));
         assert!(onto.used > crumb.extent(), "the tool is past the crumb");

@@ -14,43 +14,43 @@
 //!     |   c   |                 '-...-'        '-...-'
 //! ```
 
-use super::contour::{Element, Point, Shape, along, cross, dot, left, norm, sub, unit};
+use super::contour::{Element, ElementShape, Point, along, cross, dot, left, norm, sub, unit};
 
 /// Below this distance two centers are one, or a point is a center, mm: no direction is defined.
 const NO_DIRECTION_MM: f64 = 1e-12;
 
 /// Part of an element on which a point lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Part {
+pub(super) enum ElementPart {
     Start,
     Inside,
     End,
 }
 
 /// Nearest point of an element to a point, its distance, and where on the element it is.
-pub(super) fn nearest(element: &Element, point: Point) -> (f64, Point, Part) {
+pub(super) fn nearest(element: &Element, point: Point) -> (f64, Point, ElementPart) {
     match element.shape {
-        Shape::Line => {
+        ElementShape::Line => {
             let way = sub(element.end, element.start);
             let length = norm(way);
             let s = if length > 0.0 { dot(sub(point, element.start), way) / length } else { 0.0 };
             let (foot, part) = if s <= 0.0 {
-                (element.start, Part::Start)
+                (element.start, ElementPart::Start)
             } else if s >= length {
-                (element.end, Part::End)
+                (element.end, ElementPart::End)
             } else {
-                (along(element.start, way, s / length), Part::Inside)
+                (along(element.start, way, s / length), ElementPart::Inside)
             };
             (norm(sub(point, foot)), foot, part)
         }
-        Shape::Arc { center, radius, .. } => {
+        ElementShape::Arc { center, radius, .. } => {
             let from = sub(point, center);
             if norm(from) > NO_DIRECTION_MM && is_beside_arc(element, point) {
-                return ((norm(from) - radius).abs(), along(center, unit(from), radius), Part::Inside);
+                return ((norm(from) - radius).abs(), along(center, unit(from), radius), ElementPart::Inside);
             }
             let [start, end] = ends(element);
             let (a, b) = (norm(sub(point, start)), norm(sub(point, end)));
-            if a <= b { (a, start, Part::Start) } else { (b, end, Part::End) }
+            if a <= b { (a, start, ElementPart::Start) } else { (b, end, ElementPart::End) }
         }
     }
 }
@@ -58,8 +58,8 @@ pub(super) fn nearest(element: &Element, point: Point) -> (f64, Point, Part) {
 /// First and last point; those of an arc on its circle.
 pub(super) fn ends(element: &Element) -> [Point; 2] {
     match element.shape {
-        Shape::Line => [element.start, element.end],
-        Shape::Arc { center, radius, counter_clockwise, sweep } => {
+        ElementShape::Line => [element.start, element.end],
+        ElementShape::Arc { center, radius, counter_clockwise, sweep } => {
             let from = unit(sub(element.start, center));
             let turn = if counter_clockwise { sweep } else { -sweep };
             let (sine, cosine) = turn.sin_cos();
@@ -72,8 +72,8 @@ pub(super) fn ends(element: &Element) -> [Point; 2] {
 /// Whether the ray from the center through a point meets an arc.
 fn is_beside_arc(element: &Element, point: Point) -> bool {
     match element.shape {
-        Shape::Line => false,
-        Shape::Arc { center, counter_clockwise, sweep, .. } => {
+        ElementShape::Line => false,
+        ElementShape::Arc { center, counter_clockwise, sweep, .. } => {
             let (from, to) = (sub(element.start, center), sub(point, center));
             let angle = cross(from, to).atan2(dot(from, to));
             let angle = if counter_clockwise { angle } else { -angle };
@@ -118,14 +118,14 @@ pub(super) fn between(a: &Element, b: &Element) -> (f64, Point, Point) {
 fn square(a: &Element, b: &Element) -> [Option<(Point, Point)>; 4] {
     let mut found = [None; 4];
     match (a.shape, b.shape) {
-        (Shape::Line, Shape::Line) => {}
-        (Shape::Line, Shape::Arc { center, radius, .. }) => {
+        (ElementShape::Line, ElementShape::Line) => {}
+        (ElementShape::Line, ElementShape::Arc { center, radius, .. }) => {
             found = perpendicular(a, b, center, radius);
         }
-        (Shape::Arc { center, radius, .. }, Shape::Line) => {
+        (ElementShape::Arc { center, radius, .. }, ElementShape::Line) => {
             found = perpendicular(b, a, center, radius).map(|pair| pair.map(|(p, q)| (q, p)));
         }
-        (Shape::Arc { center: c, radius: r, .. }, Shape::Arc { center: d, radius: s, .. }) => {
+        (ElementShape::Arc { center: c, radius: r, .. }, ElementShape::Arc { center: d, radius: s, .. }) => {
             let way = sub(d, c);
             // With a common center the distance is constant; the ends of the two give it.
             if norm(way) > NO_DIRECTION_MM {
@@ -156,8 +156,8 @@ fn perpendicular(line: &Element, arc: &Element, center: Point, radius: f64) -> [
 /// Points that lie on both elements; none where they touch by rounding only.
 pub(super) fn crossings(a: &Element, b: &Element) -> [Option<Point>; 2] {
     let on = |e: &Element, x: Point| match e.shape {
-        Shape::Line => is_beside_line(e, x),
-        Shape::Arc { .. } => is_beside_arc(e, x),
+        ElementShape::Line => is_beside_line(e, x),
+        ElementShape::Arc { .. } => is_beside_arc(e, x),
     };
     whole_crossings(a, b).map(|x| x.filter(|x| on(a, *x) && on(b, *x)))
 }
@@ -176,7 +176,7 @@ fn whole_crossings(a: &Element, b: &Element) -> [Option<Point>; 2] {
         [foot - square.sqrt(), foot + square.sqrt()].map(|s| Some(along(line.start, direction, s)))
     };
     match (a.shape, b.shape) {
-        (Shape::Line, Shape::Line) => {
+        (ElementShape::Line, ElementShape::Line) => {
             let (s, t) = (sub(a.end, a.start), sub(b.end, b.start));
             let across = cross(s, t);
             if across == 0.0 {
@@ -184,9 +184,9 @@ fn whole_crossings(a: &Element, b: &Element) -> [Option<Point>; 2] {
             }
             [Some(along(a.start, s, cross(sub(b.start, a.start), t) / across)), None]
         }
-        (Shape::Line, Shape::Arc { center, radius, .. }) => line_and_circle(a, center, radius),
-        (Shape::Arc { center, radius, .. }, Shape::Line) => line_and_circle(b, center, radius),
-        (Shape::Arc { center: c, radius: r, .. }, Shape::Arc { center: d, radius: s, .. }) => {
+        (ElementShape::Line, ElementShape::Arc { center, radius, .. }) => line_and_circle(a, center, radius),
+        (ElementShape::Arc { center, radius, .. }, ElementShape::Line) => line_and_circle(b, center, radius),
+        (ElementShape::Arc { center: c, radius: r, .. }, ElementShape::Arc { center: d, radius: s, .. }) => {
             let way = sub(d, c);
             let distance = norm(way);
             if distance < NO_DIRECTION_MM {
@@ -219,7 +219,7 @@ impl Bounds {
         for p in ends(element) {
             bounds.take(p);
         }
-        if let Shape::Arc { center, radius, .. } = element.shape {
+        if let ElementShape::Arc { center, radius, .. } = element.shape {
             for u in [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]] {
                 let p = along(center, u, radius);
                 if is_beside_arc(element, p) {
@@ -250,11 +250,11 @@ impl Bounds {
         let half = [0.5 * (self.high[0] - self.low[0]), 0.5 * (self.high[1] - self.low[1])];
         let curve = match element.shape {
             // Along the normal of the line, the box reaches as far as its corners.
-            Shape::Line => {
+            ElementShape::Line => {
                 let n = left(element.first_tangent());
                 dot(sub(center, element.start), n).abs() - half[0] * n[0].abs() - half[1] * n[1].abs()
             }
-            Shape::Arc { center: c, radius, .. } => (norm(sub(center, c)) - radius).abs() - norm(half),
+            ElementShape::Arc { center: c, radius, .. } => (norm(sub(center, c)) - radius).abs() - norm(half),
         };
         boxes.max(curve)
     }
@@ -274,10 +274,10 @@ mod tests {
         let mut point = || [random(state, -10.0, 10.0), random(state, -10.0, 10.0)];
         let (start, other) = (point(), point());
         if random(state, 0.0, 1.0) < 0.5 {
-            return Element { start, end: other, shape: Shape::Line };
+            return Element { start, end: other, shape: ElementShape::Line };
         }
         let (sweep, counter_clockwise) = (random(state, 0.01, TAU), random(state, 0.0, 1.0) < 0.5);
-        let shape = Shape::Arc { center: other, radius: norm(sub(start, other)), counter_clockwise, sweep };
+        let shape = ElementShape::Arc { center: other, radius: norm(sub(start, other)), counter_clockwise, sweep };
         let mut arc = Element { start, end: start, shape };
         arc.end = ends(&arc)[1];
         arc
@@ -285,9 +285,9 @@ mod tests {
 
     fn at(e: &Element, s: f64) -> Point {
         match e.shape {
-            Shape::Line => along(e.start, sub(e.end, e.start), s),
-            Shape::Arc { center, radius, counter_clockwise, sweep } => {
-                let shape = Shape::Arc { center, radius, counter_clockwise, sweep: s * sweep };
+            ElementShape::Line => along(e.start, sub(e.end, e.start), s),
+            ElementShape::Arc { center, radius, counter_clockwise, sweep } => {
+                let shape = ElementShape::Arc { center, radius, counter_clockwise, sweep: s * sweep };
                 ends(&Element { shape, ..*e })[1]
             }
         }
@@ -321,13 +321,13 @@ mod tests {
         let arc = |center: Point, start: Point, sweep: f64| Element {
             start,
             end: start,
-            shape: Shape::Arc { center, radius: norm(sub(start, center)), counter_clockwise: true, sweep },
+            shape: ElementShape::Arc { center, radius: norm(sub(start, center)), counter_clockwise: true, sweep },
         };
         // Two full circles that touch from outside, one inside of the other, and about one center.
         assert!(between(&arc([0.0; 2], [3.0, 0.0], TAU), &arc([5.0, 0.0], [5.0, 2.0], TAU)).0 < 1e-12);
         assert!((between(&arc([0.0; 2], [9.0, 0.0], TAU), &arc([5.0, 0.0], [5.0, 2.0], TAU)).0 - 2.0).abs() < 1e-12);
         assert!((between(&arc([0.0; 2], [3.0, 0.0], TAU), &arc([0.0; 2], [0.0, 5.0], 1.0)).0 - 2.0).abs() < 1e-12);
-        let point = Element { start: [1.0, 1.0], end: [1.0, 1.0], shape: Shape::Line };
+        let point = Element { start: [1.0, 1.0], end: [1.0, 1.0], shape: ElementShape::Line };
         assert!((between(&point, &arc([0.0; 2], [3.0, 0.0], TAU)).0 - (3.0 - 2f64.sqrt())).abs() < 1e-12);
     }
 }

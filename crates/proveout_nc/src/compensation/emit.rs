@@ -1,25 +1,25 @@
 //! Hands blocks of the contour out as motions of the tool center.
 
-use super::contour::{Element, Point, ROUNDING_MM, SAME_POINT_MM, Shape, cross, norm, sub};
-use super::corner::{self, Begun, Entry, FeedAt, Join, Piece};
-use super::plane::Plane;
-use super::stretch::{Role, Way};
-use super::{Compensated, Fault, Pending, State, motion_mut, motion_of};
+use super::contour::{Element, ElementShape, Point, ROUNDING_MM, SAME_POINT_MM, cross, norm, sub};
+use super::corner::{self, BlockStart, ContourEntry, CornerPiece, FeedAt, Join};
+use super::plane::CompPlane;
+use super::stretch::{CenterPiece, PathRole};
+use super::{CompState, CompensatedReader, Fault, PendingBlock, motion_mut, motion_of};
 use crate::codes;
 use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
 
 /// A factor of the feed this near to one is none.
 const SAME_FEED: f64 = 1e-9;
 
-impl Compensated {
+impl CompensatedReader {
     /// Ends the pending block before the next one, or at the end of its own equidistant where there
     /// is none. Emits the commands held after it and the pieces of the corner. Returns where the
     /// next block begins.
-    pub(super) fn settle(&mut self, next: Option<(&Element, &Command)>) -> Result<Option<Beginning>, Fault> {
+    pub(super) fn settle(&mut self, next: Option<(&Element, &Command)>) -> Result<Option<OffsetStart>, Fault> {
         let Some(pending) = self.pending.take() else {
             // Switched off before a block in the plane came: nothing has moved.
-            if next.is_none() && self.state == State::Entering {
-                self.state = State::Off;
+            if next.is_none() && self.state == CompState::Entering {
+                self.state = CompState::Off;
             }
             return Ok(None);
         };
@@ -39,7 +39,7 @@ impl Compensated {
                 self.exit = follow.then(|| (pending.element.end, pending.element.last_tangent(), offset));
                 Join { taken: if past { pending.rest } else { 0.0 }, ..Join::end_at(end) }
             }
-            Some((element, _)) if pending.entry && pending.style.entry == Entry::Perpendicular => {
+            Some((element, _)) if pending.entry && pending.style.entry == ContourEntry::Perpendicular => {
                 if pending.style.follow_contour {
                     let from = pending.element.start;
                     let known = norm(sub(from, pending.element.end)) > SAME_POINT_MM;
@@ -52,7 +52,7 @@ impl Compensated {
             Some((element, command)) => {
                 let rapid = matches!(command.op, Op::Rapid(_));
                 let corner = self.reader.comp_style().unwrap_or(self.default_style).corner;
-                let begun = Begun { element: pending.element, from: pending.from, rest: pending.rest };
+                let begun = BlockStart { element: pending.element, from: pending.from, rest: pending.rest };
                 corner::join(&begun, element, offset, corner, rapid)
                     .ok_or_else(|| self.too_large(&pending, element, &command.location))?
             }
@@ -81,8 +81,14 @@ impl Compensated {
             at = element.end;
             if !rapid {
                 let (wall, location) = (self.stretch.walls.len(), command.location.clone());
-                let way =
-                    Way { element, role: Role::Corner, wall, radius: offset.abs(), heights: self.heights, location };
+                let way = CenterPiece {
+                    element,
+                    role: PathRole::Corner,
+                    wall,
+                    radius: offset.abs(),
+                    heights: self.heights,
+                    location,
+                };
                 self.stretch.ways.push(way);
             }
             let op = self.piece(piece, corner_point, offset, &plane, rapid).ok_or_else(|| {
@@ -94,25 +100,25 @@ impl Compensated {
                 self.out.push_back(Ok(Command { location: command.location.clone(), op }));
             }
         }
-        Ok(Some(Beginning { point: join.start, offset, used: join.used }))
+        Ok(Some(OffsetStart { point: join.start, offset, used: join.used }))
     }
 
     /// Notes the path along a block for the check of the stretch.
-    fn record_block(&mut self, pending: &Pending, join: &Join) {
+    fn record_block(&mut self, pending: &PendingBlock, join: &Join) {
         if matches!(pending.command.op, Op::Rapid(_)) {
             return;
         }
         let shape = match pending.element.shape {
-            Shape::Line => Shape::Line,
-            Shape::Arc { center, counter_clockwise, radius, .. } => Shape::Arc {
+            ElementShape::Line => ElementShape::Line,
+            ElementShape::Arc { center, counter_clockwise, radius, .. } => ElementShape::Arc {
                 center,
                 counter_clockwise,
                 radius: pending.element.offset_radius(pending.offset).unwrap_or(radius),
                 sweep: (pending.rest - join.taken).max(0.0),
             },
         };
-        let role = if pending.entry { Role::Entry } else { Role::Block };
-        let way = Way {
+        let role = if pending.entry { PathRole::Entry } else { PathRole::Block };
+        let way = CenterPiece {
             element: Element { start: pending.from, end: join.end, shape },
             role,
             wall: if pending.entry { 0 } else { self.stretch.walls.len().saturating_sub(1) },
@@ -126,7 +132,7 @@ impl Compensated {
         self.stretch.ways.push(way);
     }
 
-    fn too_large(&self, pending: &Pending, element: &Element, location: &Location) -> Fault {
+    fn too_large(&self, pending: &PendingBlock, element: &Element, location: &Location) -> Fault {
         let fits = corner::fitting_radius(&pending.element, element, pending.offset);
         let message = format!(
             "the tool of radius {} mm does not fit between this block and the one of line {}",
@@ -146,11 +152,11 @@ impl Compensated {
     }
 
     /// The block with its end moved to the tool center.
-    fn hand_out(&mut self, pending: Pending, join: &Join, plane: &Plane) {
-        let Pending { mut command, element, offset, rest, feed, style, .. } = pending;
+    fn hand_out(&mut self, pending: PendingBlock, join: &Join, plane: &CompPlane) {
+        let PendingBlock { mut command, element, offset, rest, feed, style, .. } = pending;
         let end = join.end;
         let mut scaled = None;
-        if let (Op::Arc(arc), Shape::Arc { radius, .. }) = (&mut command.op, element.shape) {
+        if let (Op::Arc(arc), ElementShape::Arc { radius, .. }) = (&mut command.op, element.shape) {
             let own = element.offset_radius(offset).unwrap_or(radius);
             arc.sweep = rest - join.taken;
             arc.radius = own;
@@ -187,12 +193,19 @@ impl Compensated {
 
     /// A piece of a corner, if it has a length; `self.residual` is the tool center relative to the
     /// corner. None where a circle would need a height that the program has not set.
-    fn piece(&mut self, piece: &Piece, corner: Point, offset: f64, plane: &Plane, rapid: bool) -> Option<Option<Op>> {
+    fn piece(
+        &mut self,
+        piece: &CornerPiece,
+        corner: Point,
+        offset: f64,
+        plane: &CompPlane,
+        rapid: bool,
+    ) -> Option<Option<Op>> {
         let mut motion = self.last.clone()?;
         let at = [corner[0] + self.residual[0], corner[1] + self.residual[1]];
         let to = match piece {
-            Piece::LineTo(to) => *to,
-            Piece::ArcTo { end, .. } => *end,
+            CornerPiece::LineTo(to) => *to,
+            CornerPiece::ArcTo { end, .. } => *end,
         };
         if norm(sub(to, at)) <= SAME_POINT_MM {
             return Some(None);
@@ -207,7 +220,7 @@ impl Compensated {
         motion.exact_stop = false;
         self.residual = sub(to, corner);
         self.last = Some(motion.clone());
-        let Piece::ArcTo { counter_clockwise, sweep, .. } = *piece else {
+        let CornerPiece::ArcTo { counter_clockwise, sweep, .. } = *piece else {
             return Some(Some(straight(motion, rapid)));
         };
         let (center, center_base) = (motion.end.xyz()?, center_base?);
@@ -225,7 +238,7 @@ impl Compensated {
 }
 
 /// Where the tool center of a block begins.
-pub(super) struct Beginning {
+pub(super) struct OffsetStart {
     pub(super) point: Point,
     /// Offset to the left there, mm.
     pub(super) offset: f64,

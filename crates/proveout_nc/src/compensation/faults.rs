@@ -1,12 +1,12 @@
 //! Radii, and what cannot be compensated.
 
-use super::{Compensated, Fault};
+use super::{CompensatedReader, Fault};
 use crate::codes;
 use crate::diagnostic::Diagnostic;
 use crate::source::{Mark, Source};
 use crate::{CutterComp, Location, ToolName};
 
-impl Compensated {
+impl CompensatedReader {
     pub(super) fn radius(&self, comp: CutterComp, location: &Location) -> Result<f64, Fault> {
         let radii = self.radii.as_ref();
         let by_offset = |d: u32| radii.and_then(|r| r.by_offset.get(&d).copied()).or((d == 0).then_some(0.0));

@@ -96,13 +96,13 @@ use std::collections::VecDeque;
 
 use contour::{Element, Point};
 pub(crate) use faults::line_of;
-use plane::Plane;
+use plane::CompPlane;
 pub(crate) use shadow::may_compensate;
-use stretch::Stretch;
+use stretch::ContourStretch;
 
 use shadow::Shadow;
 
-pub(crate) use corner::{Beyond, CompStyle, Corner, Entry, FeedAt};
+pub(crate) use corner::{Beyond, CompStyle, ContourEntry, FeedAt, OutsideCorner};
 
 use crate::codes;
 use crate::diagnostic::Diagnostic;
@@ -118,7 +118,7 @@ type Fault = Box<Diagnostic>;
 
 /// A block of the contour of which the end of the tool center is not known yet.
 #[derive(Debug)]
-struct Pending {
+struct PendingBlock {
     command: Command,
     element: Element,
     /// Offset to the left at its end, mm.
@@ -138,7 +138,7 @@ struct Pending {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum CompState {
     Off,
     /// On, and no block with a motion in the plane came yet.
     Entering,
@@ -147,7 +147,7 @@ enum State {
 
 /// A reader with its compensation.
 #[derive(Debug)]
-pub(crate) struct Compensated {
+pub(crate) struct CompensatedReader {
     reader: Box<dyn Reader>,
     radii: Option<ToolRadii>,
     /// Without radii: looks at contours whose radius the program gives.
@@ -155,18 +155,18 @@ pub(crate) struct Compensated {
     default_style: CompStyle,
     out: VecDeque<Result<Command, Fault>>,
     finished: bool,
-    state: State,
+    state: CompState,
     /// Offset to the left, mm, in force for the end of the next block.
     offset: f64,
     side: CompSide,
-    plane: Option<Plane>,
+    plane: Option<CompPlane>,
     /// Tool center minus programmed point, in the plane.
     residual: Point,
-    pending: Option<Pending>,
+    pending: Option<PendingBlock>,
     /// Contour and path since compensation was switched on.
-    stretch: Stretch,
+    stretch: ContourStretch,
     /// After G40: the same, for the exit, and the position of the tool center.
-    leaving: Option<(Stretch, Point)>,
+    leaving: Option<(ContourStretch, Point)>,
     /// Heights of the tip over the plane in the motion under way, mm.
     heights: Option<[f64; 2]>,
     /// With KONT, after G40: end of the contour, tangent and offset there.
@@ -187,7 +187,7 @@ pub(crate) struct Compensated {
     broken: bool,
 }
 
-impl Compensated {
+impl CompensatedReader {
     /// `compensates`: the text may switch compensation on ([`may_compensate`]).
     pub(crate) fn new(reader: Box<dyn Reader>, dialect: Dialect, compensates: bool, settings: &Settings) -> Self {
         let linuxcnc = dialect == Dialect::LinuxCnc;
@@ -208,13 +208,13 @@ impl Compensated {
             default_style,
             out: VecDeque::new(),
             finished: false,
-            state: State::Off,
+            state: CompState::Off,
             offset: 0.0,
             side: CompSide::Off,
             plane: None,
             residual: [0.0; 2],
             pending: None,
-            stretch: Stretch::default(),
+            stretch: ContourStretch::default(),
             leaving: None,
             heights: None,
             exit: None,
@@ -282,7 +282,7 @@ impl Compensated {
     }
 
     fn is_active(&self) -> bool {
-        self.state != State::Off
+        self.state != CompState::Off
     }
 
     fn take(&mut self, command: Command) -> Result<(), Fault> {
@@ -332,7 +332,7 @@ impl Compensated {
             Op::Feed(feed) => self.feed = Some(*feed),
             Op::End => {
                 self.settle(None)?;
-                self.state = State::Off;
+                self.state = CompState::Off;
             }
             _ => {}
         }
@@ -361,7 +361,7 @@ impl Compensated {
         let note = |text: String| Command { location: location.clone(), op: Op::Note(text) };
         if comp.side == CompSide::Off {
             self.settle(None)?;
-            self.state = State::Off;
+            self.state = CompState::Off;
             self.side = CompSide::Off;
             return self.pass(note("cutter compensation off".to_owned()));
         }
@@ -373,11 +373,11 @@ impl Compensated {
         self.offset = sign * radius;
         self.side = comp.side;
         if !self.is_active() {
-            self.plane = Some(Plane::new(self.normal, &self.frame).ok_or_else(|| {
+            self.plane = Some(CompPlane::new(self.normal, &self.frame).ok_or_else(|| {
                 let message = "cutter compensation under a frame that scales the axes differently";
                 self.unfit(&location, message)
             })?);
-            self.state = State::Entering;
+            self.state = CompState::Entering;
         }
         self.pass(note(format!(
             "cutter compensation {word} of the contour with the radius {radius} mm: base coordinates are those of the tool center"

@@ -23,9 +23,9 @@
 //! twin, which reports it as an error of the contour.
 
 use super::contour::{Element, Point, cross, dot, norm, sub};
-use super::distance::{self, Part};
-use super::stretch::{Cut, Role, Stretch, Wall, Way};
-use super::{Compensated, Fault};
+use super::distance::{self, ElementPart};
+use super::stretch::{CenterPiece, ContourBlock, ContourCut, ContourStretch, PathRole};
+use super::{CompensatedReader, Fault};
 use crate::codes;
 use crate::{AXIS_LETTERS, AxisValues, Command, Location, Op, Overcut, OvercutKind};
 
@@ -39,7 +39,7 @@ const LEAD: usize = 3;
 const MOST_TOLD: usize = 50;
 
 /// What a cut is; none where it is none, because the path is above the contour.
-fn kind(stretch: &Stretch, way: &Way, cut: &Cut) -> Option<OvercutKind> {
+fn kind(stretch: &ContourStretch, way: &CenterPiece, cut: &ContourCut) -> Option<OvercutKind> {
     let walls = &stretch.walls;
     let wall = walls.get(cut.wall)?;
     let above = match (way.heights, wall.heights) {
@@ -47,13 +47,13 @@ fn kind(stretch: &Stretch, way: &Way, cut: &Cut) -> Option<OvercutKind> {
         _ => false,
     };
     match way.role {
-        Role::Entry => return (!above).then_some(OvercutKind::Entry),
-        Role::Exit => return (!above).then_some(OvercutKind::Exit),
-        Role::Block | Role::Corner => {}
+        PathRole::Entry => return (!above).then_some(OvercutKind::Entry),
+        PathRole::Exit => return (!above).then_some(OvercutKind::Exit),
+        PathRole::Block | PathRole::Corner => {}
     }
     let own = walls.get(way.wall)?;
     let contact = match way.role {
-        Role::Corner => own.element.start,
+        PathRole::Corner => own.element.start,
         _ => distance::nearest(&own.element, cut.center).1,
     };
     if lies_behind(stretch, cut.wall, contact) && !cross_each_other(&own.element, &wall.element) {
@@ -63,9 +63,9 @@ fn kind(stretch: &Stretch, way: &Way, cut: &Cut) -> Option<OvercutKind> {
     let [start, end] = distance::ends(&wall.element);
     let beyond = |end: Point, out: Point| dot(sub(cut.center, end), out) > TOUCH;
     let free = match distance::nearest(&wall.element, cut.center).2 {
-        Part::Inside => false,
-        Part::Start => cut.wall == 0 && beyond(start, wall.element.first_tangent().map(|v| -v)),
-        Part::End => cut.wall + 1 == walls.len() && beyond(end, wall.element.last_tangent()),
+        ElementPart::Inside => false,
+        ElementPart::Start => cut.wall == 0 && beyond(start, wall.element.first_tangent().map(|v| -v)),
+        ElementPart::End => cut.wall + 1 == walls.len() && beyond(end, wall.element.last_tangent()),
     };
     Some(if free {
         OvercutKind::ContourEnd
@@ -77,7 +77,7 @@ fn kind(stretch: &Stretch, way: &Way, cut: &Cut) -> Option<OvercutKind> {
 }
 
 /// Whether a point lies on the side of a block where the tool does not run.
-fn lies_behind(stretch: &Stretch, index: usize, point: Point) -> bool {
+fn lies_behind(stretch: &ContourStretch, index: usize, point: Point) -> bool {
     let walls = &stretch.walls;
     let Some(wall) = walls.get(index) else { return false };
     let (distance, foot, part) = distance::nearest(&wall.element, point);
@@ -85,16 +85,16 @@ fn lies_behind(stretch: &Stretch, index: usize, point: Point) -> bool {
         return false;
     }
     let neighbor = match part {
-        Part::Inside => None,
-        Part::Start => index.checked_sub(1).and_then(|i| walls.get(i)).map(|w| (w.element.last_tangent(), true)),
-        Part::End => walls.get(index + 1).map(|w| (w.element.first_tangent(), false)),
+        ElementPart::Inside => None,
+        ElementPart::Start => index.checked_sub(1).and_then(|i| walls.get(i)).map(|w| (w.element.last_tangent(), true)),
+        ElementPart::End => walls.get(index + 1).map(|w| (w.element.first_tangent(), false)),
     };
     let from = sub(point, foot);
     let in_front = |tangent: Point| wall.offset * cross(tangent, from) > 0.0;
     let tangent = match part {
-        Part::Start => wall.element.first_tangent(),
-        Part::Inside => wall.element.tangent_at(foot),
-        Part::End => wall.element.last_tangent(),
+        ElementPart::Start => wall.element.first_tangent(),
+        ElementPart::Inside => wall.element.tangent_at(foot),
+        ElementPart::End => wall.element.last_tangent(),
     };
     let front = match neighbor {
         None => in_front(tangent),
@@ -129,7 +129,7 @@ fn meets(wall: &Element, block: &Element, start: bool) -> Option<Point> {
     let (x, own) = if start { (first, block.first_tangent()) } else { (last, block.last_tangent()) };
     let (distance, foot, part) = distance::nearest(wall, x);
     let away = distance::ends(wall).iter().all(|end| norm(sub(x, *end)) > TOUCH);
-    let on = distance < TOUCH && matches!(part, Part::Inside) && away;
+    let on = distance < TOUCH && matches!(part, ElementPart::Inside) && away;
     (on && cross(wall.tangent_at(foot), own).abs() > TOUCH).then_some(x)
 }
 
@@ -156,7 +156,7 @@ struct Tails {
 }
 
 impl Tails {
-    fn of(walls: &[Wall]) -> Self {
+    fn of(walls: &[ContourBlock]) -> Self {
         let mut tails = Self { start: None, end: None };
         let (count, place) = (walls.len(), |index: usize, e: &Element, x: Point| (index, e.on_from_start(x, 0.0)));
         for (index, own) in walls.iter().enumerate().filter(|(i, _)| *i < LEAD || i + LEAD >= count) {
@@ -192,7 +192,7 @@ impl Tails {
     }
 
     /// Whether a cut lies on the way on or off.
-    fn hold(&self, walls: &[Wall], cut: &Cut) -> bool {
+    fn hold(&self, walls: &[ContourBlock], cut: &ContourCut) -> bool {
         let Some(wall) = walls.get(cut.wall) else { return false };
         let at: Place1d = (cut.wall, wall.element.on_from_start(cut.point, 0.0));
         self.start.is_some_and(|start| at < start) || self.end.is_some_and(|end| at > end)
@@ -200,22 +200,22 @@ impl Tails {
 }
 
 /// Blocks between the one that the tool follows and the one that it cuts, counted as a control reads them.
-fn apart(way: &Way, cut: &Cut) -> usize {
+fn apart(way: &CenterPiece, cut: &ContourCut) -> usize {
     let apart = way.wall.abs_diff(cut.wall);
     // A corner belongs to the block before as well.
-    if way.role == Role::Corner { apart.min(way.wall.saturating_sub(1).abs_diff(cut.wall)) } else { apart }
+    if way.role == PathRole::Corner { apart.min(way.wall.saturating_sub(1).abs_diff(cut.wall)) } else { apart }
 }
 
 /// Places of one kind that follow each other along the path.
 #[derive(Debug)]
-struct Place {
+struct OvercutGroup {
     kind: OvercutKind,
-    worst: Cut,
+    worst: ContourCut,
     blocks: u32,
     last_wall: usize,
 }
 
-impl Compensated {
+impl CompensatedReader {
     /// Checks the path of the stretch against its contour: refuses the program, or reports what the
     /// control would cut.
     pub(super) fn check(&mut self) -> Result<(), Fault> {
@@ -226,9 +226,9 @@ impl Compensated {
         Ok(())
     }
 
-    fn judge(&self, stretch: &Stretch) -> Result<Vec<Command>, Fault> {
-        let mut places: Vec<Place> = Vec::new();
-        let mut refused: Option<Cut> = None;
+    fn judge(&self, stretch: &ContourStretch) -> Result<Vec<Command>, Fault> {
+        let mut places: Vec<OvercutGroup> = Vec::new();
+        let mut refused: Option<ContourCut> = None;
         let mut tails: Option<Tails> = None;
         for cut in stretch.cuts() {
             let Some(way) = stretch.ways.get(cut.way) else { continue };
@@ -245,7 +245,7 @@ impl Compensated {
                 }
             }
             let told = places.iter().filter(|place| place.kind == kind).count();
-            let goes_on = |place: &&mut Place| {
+            let goes_on = |place: &&mut OvercutGroup| {
                 let near = way.wall <= place.last_wall + 1 || kind == OvercutKind::Overlap || told >= MOST_TOLD;
                 place.kind == kind && near
             };
@@ -257,7 +257,7 @@ impl Compensated {
                         place.worst = cut;
                     }
                 }
-                None => places.push(Place { kind, worst: cut, blocks: 1, last_wall: way.wall }),
+                None => places.push(OvercutGroup { kind, worst: cut, blocks: 1, last_wall: way.wall }),
             }
         }
         if let Some(cut) = refused
@@ -265,7 +265,7 @@ impl Compensated {
         {
             return Err(self.does_not_fit(stretch, way, &cut));
         }
-        let tell = |place: &Place| {
+        let tell = |place: &OvercutGroup| {
             let way = stretch.ways.get(place.worst.way)?;
             self.told(stretch, way, &place.worst, place.kind, place.blocks)
         };
@@ -273,7 +273,7 @@ impl Compensated {
     }
 
     /// Holds a straight way off the contour against it.
-    pub(super) fn check_exit(&mut self, way: &Way) {
+    pub(super) fn check_exit(&mut self, way: &CenterPiece) {
         let Some(stretch) = self.leaving.take().map(|(stretch, _)| stretch) else { return };
         let told = stretch.cut_by(way).and_then(|cut| {
             let mut kind = kind(&stretch, way, &cut)?;
@@ -285,7 +285,14 @@ impl Compensated {
         self.out.extend(told.map(Ok));
     }
 
-    fn told(&self, stretch: &Stretch, way: &Way, cut: &Cut, kind: OvercutKind, blocks: u32) -> Option<Command> {
+    fn told(
+        &self,
+        stretch: &ContourStretch,
+        way: &CenterPiece,
+        cut: &ContourCut,
+        kind: OvercutKind,
+        blocks: u32,
+    ) -> Option<Command> {
         let wall = stretch.walls.get(cut.wall)?;
         let height = wall.heights.map(|[_, high]| high);
         let point = self.plane?.point(cut.point, height);
@@ -322,7 +329,7 @@ impl Compensated {
         programmed
     }
 
-    fn does_not_fit(&self, stretch: &Stretch, way: &Way, cut: &Cut) -> Fault {
+    fn does_not_fit(&self, stretch: &ContourStretch, way: &CenterPiece, cut: &ContourCut) -> Fault {
         let (Some(own), Some(wall)) = (stretch.walls.get(way.wall), stretch.walls.get(cut.wall)) else {
             return self.unfit(&way.location, "a contour that the tool cuts");
         };
@@ -351,20 +358,20 @@ impl Compensated {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compensation::contour::Shape;
+    use crate::compensation::contour::ElementShape;
     use std::sync::Arc;
 
-    fn stretch(points: &[Point], offset: f64) -> Stretch {
+    fn stretch(points: &[Point], offset: f64) -> ContourStretch {
         let location = Location { file: Arc::from("x"), line: 1, column: 1, length: 1, depth: 0 };
-        let walls = points.windows(2).map(|pair| Wall {
-            element: Element { start: pair[0], end: pair[1], shape: Shape::Line },
+        let walls = points.windows(2).map(|pair| ContourBlock {
+            element: Element { start: pair[0], end: pair[1], shape: ElementShape::Line },
             offset,
             location: location.clone(),
             in_feed: true,
             heights: None,
             look_ahead: 1,
         });
-        let mut stretch = Stretch::default();
+        let mut stretch = ContourStretch::default();
         stretch.walls.extend(walls);
         stretch
     }
@@ -390,7 +397,7 @@ mod tests {
         let boss = stretch(&points, 5.0);
         let tails = Tails::of(&boss.walls);
         assert_eq!((tails.start, tails.end), (Some((0, 10.0)), Some((3, 30.0))));
-        let cut = |wall, point| Cut { way: 0, wall, depth: 1.0, center: point, point };
+        let cut = |wall, point| ContourCut { way: 0, wall, depth: 1.0, center: point, point };
         assert!(tails.hold(&boss.walls, &cut(0, [-15.0, -20.0])) && tails.hold(&boss.walls, &cut(3, [-20.0, -15.0])));
         assert!(!tails.hold(&boss.walls, &cut(0, [-15.0, 0.0])) && !tails.hold(&boss.walls, &cut(1, [0.0, 15.0])));
         // It closes in the corner where the extension of its first side begins, and the other way round.
@@ -408,7 +415,7 @@ mod tests {
 
     #[test]
     fn only_real_crossings_count() {
-        let line = |start: Point, end: Point| Element { start, end, shape: Shape::Line };
+        let line = |start: Point, end: Point| Element { start, end, shape: ElementShape::Line };
         let a = line([0.0, 0.0], [10.0, 0.0]);
         assert!(cross_each_other(&a, &line([5.0, -5.0], [5.0, 5.0])));
         assert!(!cross_each_other(&a, &line([5.0, 0.0], [5.0, 5.0])));

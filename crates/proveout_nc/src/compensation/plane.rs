@@ -9,7 +9,7 @@ use crate::{AXIS_LETTERS, AxisValues};
 /// Under a mirror `u`, `v` are a left-handed pair: what is left in the program stays left in `u` and `v`, so the whole path
 /// is the mirror image, as on the controls, which swap G41 and G42 then.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Plane {
+pub(super) struct CompPlane {
     u: [f64; 3],
     v: [f64; 3],
     /// `u` x `v`: circles that run counter-clockwise in the plane do so about it.
@@ -24,7 +24,7 @@ pub(super) struct Plane {
     pub(super) scale: f64,
 }
 
-impl Plane {
+impl CompPlane {
     /// Plane with this normal axis (0 X, 1 Y, 2 Z) under a frame; none when the frame scales the axes differently.
     pub(super) fn new(normal: usize, frame: &Frame) -> Option<Self> {
         let scale = frame.uniform_scale()?;
@@ -110,7 +110,7 @@ mod tests {
     #[test]
     fn shifting_moves_the_projection() {
         let frame = Frame::rpy([20.0, -35.0, 110.0]).then(&Frame::scale([-2.0, 2.0, 2.0]));
-        let plane = Plane::new(1, &frame).unwrap();
+        let plane = CompPlane::new(1, &frame).unwrap();
         assert!((plane.scale - 2.0).abs() < 1e-12);
         let mut point = AxisValues::NONE;
         for (axis, value) in [1.0, -2.0, 3.0].into_iter().enumerate() {
@@ -120,7 +120,7 @@ mod tests {
         plane.shift(&mut point, [0.3, -0.7]);
         let after = plane.project(&point).unwrap();
         assert!((after[0] - before[0] - 0.3).abs() < 1e-14 && (after[1] - before[1] + 0.7).abs() < 1e-14);
-        assert_eq!(Plane::new(2, &Frame::scale([1.0, 2.0, 1.0])), None);
-        assert_eq!(Plane::new(2, &Frame::IDENTITY).unwrap().project(&AxisValues::NONE), Err("XY".to_owned()));
+        assert_eq!(CompPlane::new(2, &Frame::scale([1.0, 2.0, 1.0])), None);
+        assert_eq!(CompPlane::new(2, &Frame::IDENTITY).unwrap().project(&AxisValues::NONE), Err("XY".to_owned()));
     }
 }

@@ -1,13 +1,13 @@
 //! Going on after a fault, for [`crate::check`].
 
-use super::stretch::Stretch;
-use super::{Compensated, State};
+use super::stretch::ContourStretch;
+use super::{CompState, CompensatedReader};
 use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::Diagnostic;
 use crate::dialect::Reader;
 
-impl Compensated {
+impl CompensatedReader {
     pub(crate) fn reader(&self) -> &dyn Reader {
         self.reader.as_ref()
     }
@@ -20,13 +20,13 @@ impl Compensated {
     /// is followed without compensation until it is switched on again.
     pub(crate) fn recover(&mut self) -> bool {
         self.finished = false;
-        self.state = State::Off;
+        self.state = CompState::Off;
         // What waited for the end of its block goes out as it is.
         let pending = self.pending.take().map(|pending| pending.command);
         self.out.extend(pending.into_iter().chain(self.held.drain(..)).map(Ok));
         self.exit = None;
         // An incomplete contour is not checked.
-        self.stretch = Stretch::default();
+        self.stretch = ContourStretch::default();
         self.leaving = None;
         self.heights = None;
         self.residual = [0.0; 2];

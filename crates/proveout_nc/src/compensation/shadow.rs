@@ -5,16 +5,16 @@
 //! are written. A radius in the program (`G41.1 D`, a tool offset that it writes) is known all the
 //! same, and what the control refuses about such a contour is refused.
 
-use super::{Compensated, Fault};
+use super::{CompensatedReader, Fault};
 use crate::dialect::Reader;
 use crate::settings::{Compensation, Dialect, Settings, ToolRadii};
 use crate::{Command, CompSide, Op};
 
 /// Nothing to read: the commands come from outside.
 #[derive(Debug)]
-struct Nothing;
+struct NoReader;
 
-impl Reader for Nothing {
+impl Reader for NoReader {
     fn next_command(&mut self) -> Option<Result<Command, Fault>> {
         None
     }
@@ -22,12 +22,12 @@ impl Reader for Nothing {
 
 /// Follows the commands of a program and looks at its contours.
 #[derive(Debug)]
-pub(super) struct Shadow(Compensated);
+pub(super) struct Shadow(CompensatedReader);
 
 impl Shadow {
     pub(super) fn new(dialect: Dialect, settings: &Settings) -> Self {
         let settings = Settings { compensation: Compensation::ToolCenter(ToolRadii::default()), ..settings.clone() };
-        Self(Compensated::new(Box::new(Nothing), dialect, false, &settings))
+        Self(CompensatedReader::new(Box::new(NoReader), dialect, false, &settings))
     }
 
     /// A command of the program, in its order.

@@ -6,7 +6,7 @@
 //! Successive blocks lie next to each other, so that the boxes are as small as sorting would make
 //! them, and a piece meets few of them.
 
-use super::contour::{Element, Point, Shape, norm, sub};
+use super::contour::{Element, ElementShape, Point, norm, sub};
 use super::distance::{self, Bounds};
 use crate::Location;
 
@@ -18,7 +18,7 @@ pub(super) const WINDOW: usize = 100_000;
 
 /// One block of the contour.
 #[derive(Clone, Debug)]
-pub(super) struct Wall {
+pub(super) struct ContourBlock {
     pub(super) element: Element,
     /// Offset of the tool center to the left, mm; the smaller one where it changes along the block.
     pub(super) offset: f64,
@@ -32,7 +32,7 @@ pub(super) struct Wall {
 
 /// What a piece of the path belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Role {
+pub(super) enum PathRole {
     /// Along a block of the contour.
     Block,
     /// Around the corner at the start of a block.
@@ -43,9 +43,9 @@ pub(super) enum Role {
 
 /// A piece of the path of the tool center, in feed.
 #[derive(Clone, Debug)]
-pub(super) struct Way {
+pub(super) struct CenterPiece {
     pub(super) element: Element,
-    pub(super) role: Role,
+    pub(super) role: PathRole,
     /// Index of the block in the stretch; of the first block for the entry, of the last one for the exit.
     pub(super) wall: usize,
     /// Tool radius, mm.
@@ -56,7 +56,7 @@ pub(super) struct Way {
 
 /// A piece of the path that comes nearer to a block than the radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Cut {
+pub(super) struct ContourCut {
     /// Index of the piece.
     pub(super) way: usize,
     /// Index of the block that is cut.
@@ -68,14 +68,14 @@ pub(super) struct Cut {
 }
 
 #[derive(Clone, Debug, Default)]
-pub(super) struct Stretch {
-    pub(super) walls: Vec<Wall>,
-    pub(super) ways: Vec<Way>,
+pub(super) struct ContourStretch {
+    pub(super) walls: Vec<ContourBlock>,
+    pub(super) ways: Vec<CenterPiece>,
     /// Blocks at the start that were checked before.
     checked: usize,
 }
 
-impl Stretch {
+impl ContourStretch {
     pub(super) fn is_empty(&self) -> bool {
         self.walls.is_empty()
     }
@@ -96,8 +96,8 @@ impl Stretch {
     }
 
     /// Everything that the path cuts, in the order of the path.
-    pub(super) fn cuts(&self) -> Vec<Cut> {
-        let tree = Tree::new(&self.walls);
+    pub(super) fn cuts(&self) -> Vec<ContourCut> {
+        let tree = BoundsTree::new(&self.walls);
         let mut cuts = Vec::new();
         for (index, way) in self.ways.iter().enumerate() {
             let first = if way.wall >= self.checked { 0 } else { self.checked };
@@ -107,13 +107,13 @@ impl Stretch {
     }
 
     /// What a piece that is not part of the stretch cuts, deepest first.
-    pub(super) fn cut_by(&self, way: &Way) -> Option<Cut> {
+    pub(super) fn cut_by(&self, way: &CenterPiece) -> Option<ContourCut> {
         let mut cuts = Vec::new();
-        self.cuts_of(way, self.ways.len(), &Tree::new(&self.walls), 0, &mut cuts);
+        self.cuts_of(way, self.ways.len(), &BoundsTree::new(&self.walls), 0, &mut cuts);
         cuts.into_iter().max_by(|a, b| a.depth.total_cmp(&b.depth))
     }
 
-    fn cuts_of(&self, way: &Way, index: usize, tree: &Tree, first: usize, cuts: &mut Vec<Cut>) {
+    fn cuts_of(&self, way: &CenterPiece, index: usize, tree: &BoundsTree, first: usize, cuts: &mut Vec<ContourCut>) {
         let own = self.walls.get(way.wall).map_or(0.0, |wall| slack(&wall.element));
         let from = cuts.len();
         tree.search(&way.element, way.radius - GOUGE_MM, &mut |wall| {
@@ -122,7 +122,7 @@ impl Stretch {
             let (distance, center, point) = distance::between(&way.element, &found.element);
             let depth = radius - distance;
             if depth > GOUGE_MM + own + slack(&found.element) {
-                cuts.push(Cut { way: index, wall, depth, center, point });
+                cuts.push(ContourCut { way: index, wall, depth, center, point });
             }
         });
         cuts[from..].sort_by_key(|cut| cut.wall);
@@ -133,18 +133,18 @@ impl Stretch {
 /// contour any closer.
 fn slack(element: &Element) -> f64 {
     match element.shape {
-        Shape::Line => 0.0,
-        Shape::Arc { center, radius, .. } => (norm(sub(element.end, center)) - radius).abs(),
+        ElementShape::Line => 0.0,
+        ElementShape::Arc { center, radius, .. } => (norm(sub(element.end, center)) - radius).abs(),
     }
 }
 
 /// Boxes about the blocks, about pairs of them, pairs of pairs, up to all.
-struct Tree {
+struct BoundsTree {
     levels: Vec<Vec<Bounds>>,
 }
 
-impl Tree {
-    fn new(walls: &[Wall]) -> Self {
+impl BoundsTree {
+    fn new(walls: &[ContourBlock]) -> Self {
         let leaves = walls.iter().map(|wall| {
             let counts = wall.in_feed && wall.offset.abs() > GOUGE_MM;
             if counts { Bounds::of(&wall.element) } else { Bounds::EMPTY }
@@ -190,14 +190,22 @@ mod tests {
         // A wall along X in blocks of 1 mm; the path along it is 2 mm off and cuts nothing, but for
         // one that is 1 mm off.
         let location = Location { file: Arc::from("x"), line: 1, column: 1, length: 1, depth: 0 };
-        let line = |x: f64, y: f64| Element { start: [x, y], end: [x + 1.0, y], shape: Shape::Line };
-        let mut stretch = Stretch::default();
-        let add = |stretch: &mut Stretch, index: usize, y: f64| {
+        let line = |x: f64, y: f64| Element { start: [x, y], end: [x + 1.0, y], shape: ElementShape::Line };
+        let mut stretch = ContourStretch::default();
+        let add = |stretch: &mut ContourStretch, index: usize, y: f64| {
             let (x, wall, location) = (index as f64, stretch.walls.len(), location.clone());
-            let way = Way { element: line(x, y), role: Role::Block, wall, radius: 2.0, heights: None, location };
+            let way =
+                CenterPiece { element: line(x, y), role: PathRole::Block, wall, radius: 2.0, heights: None, location };
             let location = way.location.clone();
             let element = line(x, 0.0);
-            stretch.walls.push(Wall { element, offset: 2.0, location, in_feed: true, heights: None, look_ahead: 1 });
+            stretch.walls.push(ContourBlock {
+                element,
+                offset: 2.0,
+                location,
+                in_feed: true,
+                heights: None,
+                look_ahead: 1,
+            });
             stretch.ways.push(way);
         };
         for index in 0..2 * WINDOW {

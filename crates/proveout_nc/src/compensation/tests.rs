@@ -48,7 +48,7 @@ fn run(dialect: Dialect, ops: Vec<Op>) -> Result<Vec<Op>, Fault> {
     radii.by_offset.insert(3, 2.0);
     radii.by_tool.insert(ToolName::Number(1), 5.0);
     let settings = Settings { compensation: Compensation::ToolCenter(radii), ..Settings::default() };
-    let mut stage = Compensated::new(Box::new(Script(script)), dialect, false, &settings);
+    let mut stage = CompensatedReader::new(Box::new(Script(script)), dialect, false, &settings);
     std::iter::from_fn(|| stage.next()).map(|item| item.map(|command| command.op)).collect()
 }
 
@@ -186,7 +186,7 @@ fn a_stage_without_radii_hands_on() {
             })
             .collect(),
     );
-    let mut stage = Compensated::new(Box::new(script), Dialect::Fanuc, false, &Settings::default());
+    let mut stage = CompensatedReader::new(Box::new(script), Dialect::Fanuc, false, &Settings::default());
     let ops: Vec<Op> = std::iter::from_fn(|| stage.next()).map(|c| c.unwrap().op).collect();
     assert_eq!(ops, wedge());
 }

@@ -4,7 +4,7 @@ use crate::settings::Dialect;
 
 /// The families of readers, for keys that have an effect in some of them only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Family {
+pub(super) enum ReaderFamily {
     /// Fanuc, Haas.
     MacroB,
     LinuxCnc,
@@ -14,7 +14,7 @@ pub(super) enum Family {
     Apt,
 }
 
-impl Family {
+impl ReaderFamily {
     pub(super) fn of(dialect: Dialect) -> Option<Self> {
         Some(match dialect {
             Dialect::Fanuc | Dialect::Haas => Self::MacroB,
@@ -29,7 +29,7 @@ impl Family {
 
     /// The reader of the language uses what this key says.
     pub(super) fn uses(self, path: &[&str]) -> bool {
-        use Family::{Apt, Heidenhain, HeidenhainIso, LinuxCnc, MacroB, Siemens};
+        use ReaderFamily::{Apt, Heidenhain, HeidenhainIso, LinuxCnc, MacroB, Siemens};
         let iso = matches!(self, MacroB | LinuxCnc);
         match path {
             ["start", "plane" | "distance" | "feed" | "motion"] => iso || self == Siemens,

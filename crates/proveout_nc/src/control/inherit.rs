@@ -8,7 +8,7 @@ use super::builtin::{self, text_of};
 use super::error::ControlFileError;
 use super::file::ControlFile;
 use super::model::Control;
-use super::place::{Text, nearest};
+use super::place::{ControlText, nearest};
 use super::resolve;
 
 /// Most parents of a control: far more than anyone can follow.
@@ -17,7 +17,7 @@ const MOST_PARENTS: usize = 16;
 const MAX_FILE_BYTES: u64 = 16 << 20;
 
 /// One file of the chain.
-struct Link {
+struct ControlLayer {
     /// Name for messages; identifies the file.
     name: String,
     text: String,
@@ -42,7 +42,12 @@ impl Control {
     /// # Errors
     /// The text or one of its parents is wrong.
     pub fn from_text(name: &str, text: &str, folder: Option<&Path>) -> Result<Arc<Self>, Box<ControlFileError>> {
-        read(Link { name: name.to_owned(), text: text.to_owned(), folder: folder.map(Path::to_path_buf), path: None })
+        read(ControlLayer {
+            name: name.to_owned(),
+            text: text.to_owned(),
+            folder: folder.map(Path::to_path_buf),
+            path: None,
+        })
     }
 }
 
@@ -69,11 +74,11 @@ fn is_path(name: &str) -> bool {
 }
 
 /// The text of a control, or why there is none.
-fn link(name: &str, folder: Option<&Path>) -> Result<Link, String> {
+fn link(name: &str, folder: Option<&Path>) -> Result<ControlLayer, String> {
     if !is_path(name) {
         return match text_of(name) {
             Some(text) => {
-                Ok(Link { name: format!("built-in {name}"), text: text.to_owned(), folder: None, path: None })
+                Ok(ControlLayer { name: format!("built-in {name}"), text: text.to_owned(), folder: None, path: None })
             }
             None => Err(format!("there is no built-in control {name:?}")),
         };
@@ -83,7 +88,7 @@ fn link(name: &str, folder: Option<&Path>) -> Result<Link, String> {
         Ok(text) => {
             let folder = path.parent().map(|p| if p.as_os_str().is_empty() { Path::new(".") } else { p });
             let folder = folder.map(Path::to_path_buf);
-            Ok(Link { name: path.display().to_string(), text, folder, path: Some(path) })
+            Ok(ControlLayer { name: path.display().to_string(), text, folder, path: Some(path) })
         }
         Err(e) => Err(format!("the file {} cannot be read: {e}", path.display())),
     }
@@ -103,23 +108,23 @@ fn text_of_file(path: &Path) -> io::Result<String> {
 }
 
 /// Identifies a file, however its path is written.
-fn identity(link: &Link) -> PathBuf {
+fn identity(link: &ControlLayer) -> PathBuf {
     fs::canonicalize(&link.name).unwrap_or_else(|_| PathBuf::from(&link.name))
 }
 
-fn parse(link: &Link) -> Result<ControlFile, Box<ControlFileError>> {
-    toml::from_str(&link.text).map_err(|e| Text::new(&link.name, &link.text).toml_error(&e))
+fn parse(link: &ControlLayer) -> Result<ControlFile, Box<ControlFileError>> {
+    toml::from_str(&link.text).map_err(|e| ControlText::new(&link.name, &link.text).toml_error(&e))
 }
 
 /// Follows the parents, then applies the files from the oldest to the control itself.
-fn read(first: Link) -> Result<Arc<Control>, Box<ControlFileError>> {
-    let mut chain: Vec<(Link, ControlFile)> = Vec::new();
+fn read(first: ControlLayer) -> Result<Arc<Control>, Box<ControlFileError>> {
+    let mut chain: Vec<(ControlLayer, ControlFile)> = Vec::new();
     let mut next = Some(first);
     while let Some(link) = next.take() {
         let file = parse(&link)?;
         if let Some(parent) = &file.inherits {
             let wrong = |code: &'static str, message: String, remedy: String| {
-                Text::new(&link.name, &link.text).error(code, &["inherits"], message, remedy)
+                ControlText::new(&link.name, &link.text).error(code, &["inherits"], message, remedy)
             };
             let found = self::link(parent, link.folder.as_deref())
                 .map_err(|message| wrong("control-parent-missing", message, remedy(parent)))?;
@@ -146,7 +151,7 @@ fn read(first: Link) -> Result<Arc<Control>, Box<ControlFileError>> {
     }
     let mut control = Control::default();
     for (link, file) in chain.iter().rev() {
-        let text = Text::new(&link.name, &link.text);
+        let text = ControlText::new(&link.name, &link.text);
         resolve::apply(&mut control, file, &text, link.folder.as_deref())?;
     }
     control.files = chain.iter().filter_map(|(link, _)| link.path.clone()).collect();

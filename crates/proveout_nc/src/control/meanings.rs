@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use super::error::Checked;
-use super::family::Family;
+use super::family::ReaderFamily;
 use super::file::{KinematicsWordFile, WordFile};
 use super::model::Control;
-use super::place::Text;
-use super::words::{Builtin, Listed, Meaning, WordKey, word_key};
+use super::place::ControlText;
+use super::words::{Builtin, ListedWord, Meaning, WordKey, word_key};
 use crate::dialect::does_word;
 use crate::settings::Dialect;
 
@@ -17,7 +17,7 @@ const MOST_WORDS: usize = 10_000;
 const MOST_BUILTIN: usize = 4;
 
 /// Puts the words of a file into the table of the control.
-pub(super) fn apply(control: &mut Control, words: &BTreeMap<String, WordFile>, text: &Text<'_>) -> Checked<()> {
+pub(super) fn apply(control: &mut Control, words: &BTreeMap<String, WordFile>, text: &ControlText<'_>) -> Checked<()> {
     if words.len() > MOST_WORDS {
         let message = format!("the file lists {} words; the limit is {MOST_WORDS}", words.len());
         return Err(text.error("control-value", &["words"], message, "list fewer"));
@@ -32,32 +32,34 @@ pub(super) fn apply(control: &mut Control, words: &BTreeMap<String, WordFile>, t
         }
         let meaning = meaning(word, file, control.dialect, text)?;
         let values = values(word, file, &meaning, control.dialect, text)?;
-        control.words.put(&key, Listed { word: key.to_string(), meaning, values });
+        control.words.put(&key, ListedWord { word: key.to_string(), meaning, values });
     }
     Ok(())
 }
 
-fn key(word: &str, dialect: Dialect, text: &Text<'_>) -> Checked<WordKey> {
+fn key(word: &str, dialect: Dialect, text: &ControlText<'_>) -> Checked<WordKey> {
     let key = word_key(word);
-    let wanted = match Family::of(dialect) {
-        Some(Family::Apt) => "a major word of APT, such as INSERT",
-        Some(Family::Siemens) => "an M or G word, or a name: M25, G187, CYCLE999",
-        Some(Family::Heidenhain | Family::HeidenhainIso) => {
+    let wanted = match ReaderFamily::of(dialect) {
+        Some(ReaderFamily::Apt) => "a major word of APT, such as INSERT",
+        Some(ReaderFamily::Siemens) => "an M or G word, or a name: M25, G187, CYCLE999",
+        Some(ReaderFamily::Heidenhain | ReaderFamily::HeidenhainIso) => {
             "an M word, M25, or a cycle of the machine builder, CYCL392"
         }
         _ => "an M or G word: M25, G187, G38.2",
     };
-    let fits = match (&key, Family::of(dialect)) {
-        (Some(WordKey::Name(_)), Some(Family::Siemens | Family::Apt)) => true,
-        (Some(WordKey::Name(name)), Some(Family::Heidenhain | Family::HeidenhainIso)) => builder_cycle(name),
-        (Some(WordKey::Name(_)) | None, _) | (Some(_), Some(Family::Apt)) => false,
-        (Some(WordKey::G(_)), Some(Family::Heidenhain | Family::HeidenhainIso)) => false,
-        (Some(WordKey::G(code)), Some(Family::Siemens)) => code.is_multiple_of(10),
+    let fits = match (&key, ReaderFamily::of(dialect)) {
+        (Some(WordKey::Name(_)), Some(ReaderFamily::Siemens | ReaderFamily::Apt)) => true,
+        (Some(WordKey::Name(name)), Some(ReaderFamily::Heidenhain | ReaderFamily::HeidenhainIso)) => {
+            builder_cycle(name)
+        }
+        (Some(WordKey::Name(_)) | None, _) | (Some(_), Some(ReaderFamily::Apt)) => false,
+        (Some(WordKey::G(_)), Some(ReaderFamily::Heidenhain | ReaderFamily::HeidenhainIso)) => false,
+        (Some(WordKey::G(code)), Some(ReaderFamily::Siemens)) => code.is_multiple_of(10),
         (Some(WordKey::G(_) | WordKey::M(_)), _) => true,
     };
     let flow = match &key {
-        Some(WordKey::M(2 | 17 | 30 | 97 | 98 | 99 | 198)) => Family::of(dialect) != Some(Family::Apt),
-        Some(WordKey::G(650 | 660 | 670)) => matches!(Family::of(dialect), Some(Family::MacroB)),
+        Some(WordKey::M(2 | 17 | 30 | 97 | 98 | 99 | 198)) => ReaderFamily::of(dialect) != Some(ReaderFamily::Apt),
+        Some(WordKey::G(650 | 660 | 670)) => matches!(ReaderFamily::of(dialect), Some(ReaderFamily::MacroB)),
         _ => false,
     };
     if flow {
@@ -79,7 +81,7 @@ fn builder_cycle(name: &str) -> bool {
     number.len() == 3 && number.starts_with('3') && number.bytes().all(|b| b.is_ascii_digit())
 }
 
-fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Checked<Meaning> {
+fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &ControlText<'_>) -> Checked<Meaning> {
     let texts = [
         ("does", file.does.as_ref()),
         ("call", file.call.as_ref()),
@@ -118,14 +120,18 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
         ));
     };
     let path = ["words", word, key];
-    let effect = match Family::of(dialect) {
-        Some(Family::Apt) => matches!(key, "note" | "ignore" | "message" | "refuse"),
-        Some(Family::Heidenhain | Family::HeidenhainIso) if builder_cycle(&word.trim().to_ascii_uppercase()) => {
+    let effect = match ReaderFamily::of(dialect) {
+        Some(ReaderFamily::Apt) => matches!(key, "note" | "ignore" | "message" | "refuse"),
+        Some(ReaderFamily::Heidenhain | ReaderFamily::HeidenhainIso)
+            if builder_cycle(&word.trim().to_ascii_uppercase()) =>
+        {
             matches!(key, "note" | "ignore" | "message" | "refuse")
         }
-        Some(Family::Siemens) => !matches!(key, "macro" | "offset" | "offset_once"),
-        Some(Family::LinuxCnc) => !matches!(key, "offset" | "offset_once"),
-        Some(Family::Heidenhain | Family::HeidenhainIso) => !matches!(key, "macro" | "call" | "offset" | "offset_once"),
+        Some(ReaderFamily::Siemens) => !matches!(key, "macro" | "offset" | "offset_once"),
+        Some(ReaderFamily::LinuxCnc) => !matches!(key, "offset" | "offset_once"),
+        Some(ReaderFamily::Heidenhain | ReaderFamily::HeidenhainIso) => {
+            !matches!(key, "macro" | "call" | "offset" | "offset_once")
+        }
         _ => true,
     };
     if !effect {
@@ -163,7 +169,7 @@ fn meaning(word: &str, file: &WordFile, dialect: Dialect, text: &Text<'_>) -> Ch
 
 /// Words that the reader of the language executes without a control file, whatever the table says
 /// of them.
-fn builtins(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Checked<Vec<Builtin>> {
+fn builtins(value: &str, dialect: Dialect, path: &[&str], text: &ControlText<'_>) -> Checked<Vec<Builtin>> {
     let mut list = Vec::new();
     for word in value.split_whitespace() {
         let unknown = |what: &str| {
@@ -196,9 +202,9 @@ fn builtins(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Ch
 }
 
 /// Number or name of a subprogram: `9001` of `O9001` where the language has numbers.
-fn program(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Checked<String> {
+fn program(value: &str, dialect: Dialect, path: &[&str], text: &ControlText<'_>) -> Checked<String> {
     let name = value.trim();
-    if !matches!(Family::of(dialect), Some(Family::MacroB | Family::LinuxCnc)) {
+    if !matches!(ReaderFamily::of(dialect), Some(ReaderFamily::MacroB | ReaderFamily::LinuxCnc)) {
         return Ok(name.to_owned());
     }
     let number = name.strip_prefix(['O', 'o']).unwrap_or(name).trim_start_matches('0');
@@ -210,7 +216,7 @@ fn program(value: &str, dialect: Dialect, path: &[&str], text: &Text<'_>) -> Che
 }
 
 /// Name of an O word subprogram, as its label is kept: `<bore>`, `100`.
-fn o_name(value: &str, path: &[&str], text: &Text<'_>) -> Checked<String> {
+fn o_name(value: &str, path: &[&str], text: &ControlText<'_>) -> Checked<String> {
     let name = value.trim().to_ascii_lowercase();
     let bare = name.strip_prefix('o').filter(|rest| rest.starts_with('<')).unwrap_or(&name);
     let bare = bare.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')).unwrap_or(bare);
@@ -231,7 +237,7 @@ fn o_name(value: &str, path: &[&str], text: &Text<'_>) -> Checked<String> {
 }
 
 /// The letter of a word with a number.
-fn letter(value: &str, path: &[&str], text: &Text<'_>) -> Checked<u8> {
+fn letter(value: &str, path: &[&str], text: &ControlText<'_>) -> Checked<u8> {
     match value.trim().to_ascii_uppercase().as_bytes() {
         [letter] if letter.is_ascii_uppercase() && !b"GMNO".contains(letter) => Ok(*letter),
         _ => {
@@ -240,12 +246,18 @@ fn letter(value: &str, path: &[&str], text: &Text<'_>) -> Checked<u8> {
     }
 }
 
-fn values(word: &str, file: &WordFile, meaning: &Meaning, dialect: Dialect, text: &Text<'_>) -> Checked<Vec<u8>> {
+fn values(
+    word: &str,
+    file: &WordFile,
+    meaning: &Meaning,
+    dialect: Dialect,
+    text: &ControlText<'_>,
+) -> Checked<Vec<u8>> {
     let Some(letters) = &file.values else { return Ok(Vec::new()) };
     let path = ["words", word, "values"];
     let taken = matches!(meaning, Meaning::Message(_) | Meaning::Note(_) | Meaning::Ignore(_) | Meaning::Call(_))
         || dialect == Dialect::LinuxCnc && matches!(meaning, Meaning::Macro(_));
-    if !taken || !matches!(Family::of(dialect), Some(Family::MacroB | Family::LinuxCnc)) {
+    if !taken || !matches!(ReaderFamily::of(dialect), Some(ReaderFamily::MacroB | ReaderFamily::LinuxCnc)) {
         let message = "letters that belong to the word have no effect here";
         return Err(text.error("control-no-effect", &path, message, "remove them"));
     }

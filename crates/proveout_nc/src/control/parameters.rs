@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::error::Checked;
-use super::place::Text;
+use super::place::ControlText;
 use crate::AxisValues;
 
 /// What parameters and machine data of the control decide. Where a program depends on a key that is left out, the finding
@@ -150,7 +150,7 @@ fn take<T: Copy>(into: &mut Option<T>, value: Option<T>) {
 }
 
 /// Applies the table to what the parents say.
-pub(super) fn parameters(into: &mut Parameters, file: &ParametersFile, text: &Text<'_>) -> Checked<()> {
+pub(super) fn parameters(into: &mut Parameters, file: &ParametersFile, text: &ControlText<'_>) -> Checked<()> {
     take(&mut into.mixed_feed, file.mixed_feed);
     take(&mut into.rollover, file.rollover);
     take(&mut into.outside_modulo, file.outside_modulo);

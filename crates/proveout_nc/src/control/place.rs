@@ -7,13 +7,13 @@ use toml::de::DeTable;
 use super::error::ControlFileError;
 
 /// A control file's text with its syntax tree, to find the place of a key.
-pub(super) struct Text<'a> {
+pub(super) struct ControlText<'a> {
     pub(super) file: &'a str,
     text: &'a str,
     tree: Option<DeTable<'a>>,
 }
 
-impl<'a> Text<'a> {
+impl<'a> ControlText<'a> {
     pub(super) fn new(file: &'a str, text: &'a str) -> Self {
         Self { file, text, tree: DeTable::parse(text).ok().map(toml::Spanned::into_inner) }
     }

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::error::Checked;
-use super::family::Family;
+use super::family::ReaderFamily;
 use super::file::{
     ControlFile, CycleDepthFile, CycleReturnFile, DialectFile, FineBoringFile, InterpolationFile,
     MissingSubprogramFile, ModalVariablesFile, ProgramWordsFile, UnlistedMFile, WithoutHFile,
@@ -12,7 +12,7 @@ use super::file::{
 use super::meanings;
 use super::model::{Control, FineBoring};
 use super::parameters::parameters;
-use super::place::{Text, nearest};
+use super::place::{ControlText, nearest};
 use super::start::{positions, start};
 use super::values::{arcs, dwell, feed, numbers};
 use crate::OrientationInterpolation;
@@ -24,7 +24,12 @@ const MOST_CALLS: u64 = 1000;
 const MOST_PASSES: u64 = 1_000_000_000_000;
 
 /// Applies the file to the control of its parents.
-pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, folder: Option<&Path>) -> Checked<()> {
+pub(super) fn apply(
+    control: &mut Control,
+    file: &ControlFile,
+    text: &ControlText<'_>,
+    folder: Option<&Path>,
+) -> Checked<()> {
     dialect(control, file, text)?;
     sources(file, text)?;
     control.name = match &file.name {
@@ -113,7 +118,7 @@ pub(super) fn apply(control: &mut Control, file: &ControlFile, text: &Text<'_>, 
     meanings::apply(control, &file.words, text)
 }
 
-fn limits(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checked<()> {
+fn limits(control: &mut Control, file: &ControlFile, text: &ControlText<'_>) -> Checked<()> {
     let limits = &mut control.limits;
     let file = &file.limits;
     if let Some(depth) = file.call_depth {
@@ -145,7 +150,7 @@ fn stem(file: &str) -> String {
 }
 
 /// The language, and keys that have no effect in it.
-fn dialect(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checked<()> {
+fn dialect(control: &mut Control, file: &ControlFile, text: &ControlText<'_>) -> Checked<()> {
     let named = file.dialect.map(|dialect| match dialect {
         DialectFile::Siemens840d => Dialect::Siemens840d,
         DialectFile::Fanuc => Dialect::Fanuc,
@@ -172,7 +177,7 @@ fn dialect(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checke
         }
         control.dialect = named;
     }
-    let Some(family) = Family::of(control.dialect) else {
+    let Some(family) = ReaderFamily::of(control.dialect) else {
         let remedy = "add dialect = \"fanuc\" (or another language), or inherits = \"fanuc-30i\" (or another control)";
         return Err(text.error(
             "control-no-dialect",
@@ -182,9 +187,9 @@ fn dialect(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checke
         ));
     };
     let foreign = match file.program.words {
-        Some(ProgramWordsFile::Osp) => (family == Family::LinuxCnc).then_some("osp"),
-        Some(ProgramWordsFile::Grbl) => (family == Family::MacroB).then_some("grbl"),
-        Some(ProgramWordsFile::Mach3) => (family == Family::MacroB).then_some("mach3"),
+        Some(ProgramWordsFile::Osp) => (family == ReaderFamily::LinuxCnc).then_some("osp"),
+        Some(ProgramWordsFile::Grbl) => (family == ReaderFamily::MacroB).then_some("grbl"),
+        Some(ProgramWordsFile::Mach3) => (family == ReaderFamily::MacroB).then_some("mach3"),
         None => None,
     };
     if let Some(words) = foreign {
@@ -208,7 +213,7 @@ fn dialect(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checke
 }
 
 /// Sources must name keys of the file.
-fn sources(file: &ControlFile, text: &Text<'_>) -> Checked<()> {
+fn sources(file: &ControlFile, text: &ControlText<'_>) -> Checked<()> {
     let paths = text.paths();
     for (key, source) in &file.source {
         let at = ["source", key.as_str()];
@@ -230,7 +235,7 @@ fn sources(file: &ControlFile, text: &Text<'_>) -> Checked<()> {
     Ok(())
 }
 
-fn skipped(levels: &[u8], dialect: Dialect, text: &Text<'_>) -> Checked<u16> {
+fn skipped(levels: &[u8], dialect: Dialect, text: &ControlText<'_>) -> Checked<u16> {
     let heidenhain = matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso);
     let most = if heidenhain { 0 } else { 9 };
     if let Some(wrong) = levels.iter().find(|level| **level > most) {
@@ -241,7 +246,12 @@ fn skipped(levels: &[u8], dialect: Dialect, text: &Text<'_>) -> Checked<u16> {
     Ok(levels.iter().fold(0, |bits, level| bits | 1 << level))
 }
 
-fn subprograms(control: &mut Control, file: &ControlFile, text: &Text<'_>, folder: Option<&Path>) -> Checked<()> {
+fn subprograms(
+    control: &mut Control,
+    file: &ControlFile,
+    text: &ControlText<'_>,
+    folder: Option<&Path>,
+) -> Checked<()> {
     let file = &file.subprograms;
     if let Some(folders) = &file.folders {
         control.folders.clear();

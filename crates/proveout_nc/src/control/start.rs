@@ -5,11 +5,11 @@ use std::collections::BTreeMap;
 use super::error::Checked;
 use super::file::{DistanceFile, MotionFile, PlaneFile, StartFeedFile, StartFile, UnitFile};
 use super::model::{Control, StartFeed, StartMotion};
-use super::place::Text;
+use super::place::ControlText;
 use crate::AxisValues;
 use crate::settings::Dialect;
 
-pub(super) fn start(control: &mut Control, file: &StartFile, text: &Text<'_>) -> Checked<()> {
+pub(super) fn start(control: &mut Control, file: &StartFile, text: &ControlText<'_>) -> Checked<()> {
     let start = &mut control.start;
     if let Some(plane) = file.plane {
         start.normal = Some(match plane {
@@ -56,7 +56,7 @@ pub(super) fn positions(
     values: &BTreeMap<String, f64>,
     rotary: bool,
     path: &[&str],
-    text: &Text<'_>,
+    text: &ControlText<'_>,
 ) -> Checked<()> {
     for (letter, &value) in values {
         let axis = match letter.as_bytes() {

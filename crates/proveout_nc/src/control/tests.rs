@@ -218,7 +218,7 @@ fn every_control_of_the_tree_is_built_in_and_tells_its_sources() {
             let table = path.split('.').next().unwrap_or_default();
             file.source.contains_key(path) || file.source.contains_key(table)
         };
-        for path in place::Text::new(name, text).paths() {
+        for path in place::ControlText::new(name, text).paths() {
             let message = match path.split_once('.') {
                 Some(("source", _)) => true,
                 Some(("words", word)) => file.words[word].source.is_some() || sourced(&path),

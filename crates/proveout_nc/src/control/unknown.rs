@@ -7,7 +7,7 @@ use std::path::Path;
 use super::words::{WordKey, word_key};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::dialect::{self, listed::Unlisted};
+use crate::dialect::{self, listed::UnlistedWords};
 use crate::program::Program;
 use crate::settings::{Dialect, Settings};
 
@@ -89,7 +89,7 @@ impl UnknownWords {
         }
         let mut unreadable = Vec::new();
         for source in program.sources() {
-            let mut unlisted = Unlisted::new(source);
+            let mut unlisted = UnlistedWords::new(source);
             dialect::unlisted_words(program.dialect(), source, settings, &mut unlisted);
             for (key, column, line, text, now) in unlisted.words {
                 let first = (source.name.to_string(), line, column);

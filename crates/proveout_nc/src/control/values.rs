@@ -6,7 +6,7 @@ use super::file::{
     ArcsFile, CentersFile, ControlFile, DwellFile, MissingFeedFile, NumbersFile, SenseFile, WithoutPointFile,
 };
 use super::model::{ArcTolerance, Centers, Control, DwellUnit, WholeNumbers};
-use super::place::Text;
+use super::place::ControlText;
 
 /// Increment of lengths where none is stated, mm.
 const INCREMENT_MM: f64 = 1e-3;
@@ -15,7 +15,7 @@ const INCREMENT_INCH: f64 = 1e-4;
 /// Increment of angles where none is stated, degree.
 const INCREMENT_DEG: f64 = 1e-3;
 
-fn positive(value: f64, path: &[&str], text: &Text<'_>) -> Checked<f64> {
+fn positive(value: f64, path: &[&str], text: &ControlText<'_>) -> Checked<f64> {
     if value > 0.0 && value.is_finite() {
         return Ok(value);
     }
@@ -27,7 +27,11 @@ fn positive(value: f64, path: &[&str], text: &Text<'_>) -> Checked<f64> {
     ))
 }
 
-pub(super) fn numbers(file: &NumbersFile, before: WholeNumbers, text: &Text<'_>) -> Checked<Option<WholeNumbers>> {
+pub(super) fn numbers(
+    file: &NumbersFile,
+    before: WholeNumbers,
+    text: &ControlText<'_>,
+) -> Checked<Option<WholeNumbers>> {
     let sizes = [
         ("increment_mm", file.increment_mm, INCREMENT_MM),
         ("increment_inch", file.increment_inch, INCREMENT_INCH),
@@ -61,7 +65,7 @@ pub(super) fn numbers(file: &NumbersFile, before: WholeNumbers, text: &Text<'_>)
     Ok(Some(WholeNumbers::Increments { mm, inch, deg }))
 }
 
-pub(super) fn arcs(control: &mut Control, file: &ArcsFile, text: &Text<'_>) -> Checked<()> {
+pub(super) fn arcs(control: &mut Control, file: &ArcsFile, text: &ControlText<'_>) -> Checked<()> {
     if let Some(sense) = file.clsf_sense {
         control.clockwise_circles = Some(matches!(sense, SenseFile::Clockwise));
     }
@@ -123,7 +127,7 @@ pub(super) fn arcs(control: &mut Control, file: &ArcsFile, text: &Text<'_>) -> C
     Ok(())
 }
 
-pub(super) fn dwell(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checked<()> {
+pub(super) fn dwell(control: &mut Control, file: &ControlFile, text: &ControlText<'_>) -> Checked<()> {
     for (letter, unit) in &file.dwell {
         let known = match letter.as_bytes() {
             [byte @ (b'P' | b'X' | b'U' | b'F' | b'K')] => Some(usize::from(byte - b'A')),
@@ -143,7 +147,7 @@ pub(super) fn dwell(control: &mut Control, file: &ControlFile, text: &Text<'_>) 
     Ok(())
 }
 
-pub(super) fn feed(control: &mut Control, file: &ControlFile, text: &Text<'_>) -> Checked<()> {
+pub(super) fn feed(control: &mut Control, file: &ControlFile, text: &ControlText<'_>) -> Checked<()> {
     match (file.feed.missing, file.feed.missing_mm_min) {
         (None, None) => {}
         (Some(MissingFeedFile::Refuse), None) => control.missing_feed_mm_min = None,

@@ -38,7 +38,7 @@ pub(crate) enum Meaning {
 
 /// A word with its meaning.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Listed {
+pub(crate) struct ListedWord {
     /// As it is written: `M25`, `G38.2`, `CYCLE999`.
     pub(crate) word: String,
     pub(crate) meaning: Meaning,
@@ -73,7 +73,7 @@ const DENSE_M: u32 = 1000;
 /// Words with their meanings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct WordTable {
-    entries: Vec<Listed>,
+    entries: Vec<ListedWord>,
     /// One more than the place in `entries`, by ten times the number; zero for a word that is not listed.
     g: Vec<u16>,
     m: Vec<u16>,
@@ -83,7 +83,7 @@ pub(crate) struct WordTable {
 
 impl WordTable {
     /// Lists a word; one of the same key is replaced.
-    pub(crate) fn put(&mut self, key: &WordKey, listed: Listed) {
+    pub(crate) fn put(&mut self, key: &WordKey, listed: ListedWord) {
         let place = self.place(key);
         if place > 0 {
             self.entries[usize::from(place) - 1] = listed;
@@ -113,18 +113,18 @@ impl WordTable {
         }
     }
 
-    fn entry(&self, place: u16) -> Option<(usize, &Listed)> {
+    fn entry(&self, place: u16) -> Option<(usize, &ListedWord)> {
         let at = usize::from(place.checked_sub(1)?);
         self.entries.get(at).map(|listed| (at, listed))
     }
 
     /// The G word of ten times this number, with its place in the table.
-    pub(crate) fn g(&self, code: u32) -> Option<(usize, &Listed)> {
+    pub(crate) fn g(&self, code: u32) -> Option<(usize, &ListedWord)> {
         self.entry(self.g.get(code as usize).copied().unwrap_or(0))
     }
 
     /// The M word of this number.
-    pub(crate) fn m(&self, code: u32) -> Option<(usize, &Listed)> {
+    pub(crate) fn m(&self, code: u32) -> Option<(usize, &ListedWord)> {
         let place = match self.m.get(code as usize) {
             Some(place) => *place,
             None if self.large_m.is_empty() => 0,
@@ -134,7 +134,7 @@ impl WordTable {
     }
 
     /// The word of this name, in upper case.
-    pub(crate) fn name(&self, name: &str) -> Option<(usize, &Listed)> {
+    pub(crate) fn name(&self, name: &str) -> Option<(usize, &ListedWord)> {
         if self.names.is_empty() {
             return None;
         }
@@ -142,7 +142,7 @@ impl WordTable {
     }
 
     /// The word at a place in the table.
-    pub(crate) fn at(&self, at: usize) -> Option<&Listed> {
+    pub(crate) fn at(&self, at: usize) -> Option<&ListedWord> {
         self.entries.get(at)
     }
 }
@@ -198,12 +198,12 @@ mod tests {
     #[test]
     fn a_table_gives_back_what_was_put_last() {
         let listed =
-            |text: &str| Listed { word: text.to_owned(), meaning: Meaning::Note(text.to_owned()), values: vec![] };
+            |text: &str| ListedWord { word: text.to_owned(), meaning: Meaning::Note(text.to_owned()), values: vec![] };
         let mut table = WordTable::default();
         for (word, text) in [("M3", "a"), ("M12345", "b"), ("G38.2", "c"), ("FOO", "d"), ("M03", "e")] {
             table.put(&word_key(word).expect("word"), listed(text));
         }
-        let text = |found: Option<(usize, &Listed)>| found.map(|(_, listed)| listed.word.clone());
+        let text = |found: Option<(usize, &ListedWord)>| found.map(|(_, listed)| listed.word.clone());
         assert_eq!(text(table.m(3)).as_deref(), Some("e"));
         assert_eq!(text(table.m(12345)).as_deref(), Some("b"));
         assert_eq!(text(table.g(382)).as_deref(), Some("c"));

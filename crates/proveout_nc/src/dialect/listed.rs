@@ -66,14 +66,14 @@ pub(crate) fn each_line<B: Default>(
 
 /// Words of a file that the control has no meaning for, and lines that cannot be read.
 #[derive(Debug)]
-pub(crate) struct Unlisted<'a> {
+pub(crate) struct UnlistedWords<'a> {
     source: &'a Source,
     /// Word, column, line, text of the line, and what the reader does with it.
     pub(crate) words: Vec<(WordKey, u32, u32, String, &'static str)>,
     pub(crate) faults: Vec<Diagnostic>,
 }
 
-impl<'a> Unlisted<'a> {
+impl<'a> UnlistedWords<'a> {
     pub(crate) fn new(source: &'a Source) -> Self {
         Self { source, words: Vec::new(), faults: Vec::new() }
     }

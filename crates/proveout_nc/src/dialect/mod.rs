@@ -20,7 +20,7 @@ use crate::not_run::NotRun;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
 
-use listed::Unlisted;
+use listed::UnlistedWords;
 
 pub use detect::detect;
 
@@ -101,7 +101,7 @@ pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
 }
 
 /// Words of a file that neither the reader nor the control file gives a meaning.
-pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut UnlistedWords<'_>) {
     match dialect {
         Dialect::Siemens840d => siemens::unlisted_words(source, settings, found),
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => {

@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::{Command, Feed, Op};
 
-use text::Text;
+use text::JsonText;
 
 /// Writes commands as JSON lines and knows the feed that is in force.
 ///
@@ -45,13 +45,13 @@ use text::Text;
 #[derive(Clone, Debug, Default)]
 pub struct JsonWriter {
     /// The lines of the command that is written.
-    text: Text,
+    text: JsonText,
     /// A line up to the number of its line, and the file that it names.
-    head: Text,
+    head: JsonText,
     file: Option<Arc<str>>,
     /// The feed in force, and its text.
     feed: Option<Feed>,
-    feed_text: Text,
+    feed_text: JsonText,
 }
 
 impl JsonWriter {

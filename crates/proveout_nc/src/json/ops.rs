@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::text::Text;
+use super::text::JsonText;
 use crate::{
     AXIS_LETTERS, ArcMotion, AxisValues, CompSide, Dwell, Feed, FrameChange, Motion, Offset, Op,
     OrientationInterpolation, Overcut, PathMode, RotarySolution, SpindleDirection, ToolAction, ToolName,
@@ -22,7 +22,7 @@ const ALONG_AXIS: f64 = 1.0 - 1e-12;
 const PLANES: [&str; 3] = ["YZ", "ZX", "XY"];
 
 /// The name of the op and its keys. The writer adds the feed in force.
-pub(super) fn fill(text: &mut Text, op: &Op) {
+pub(super) fn fill(text: &mut JsonText, op: &Op) {
     match op {
         Op::Rapid(motion) => put_motion(text, "rapid", motion),
         Op::Linear(motion) => put_motion(text, "linear", motion),
@@ -133,7 +133,7 @@ pub(super) fn fill(text: &mut Text, op: &Op) {
 }
 
 /// The mode that a feed belongs to.
-pub(super) fn put_feed_mode(text: &mut Text, feed: Feed) {
+pub(super) fn put_feed_mode(text: &mut JsonText, feed: Feed) {
     text.put_string("op", "feed_mode");
     let mode = match feed {
         Feed::PerTime(_) => "mm_min",
@@ -143,7 +143,7 @@ pub(super) fn put_feed_mode(text: &mut Text, feed: Feed) {
     text.put_string("mode", mode);
 }
 
-pub(super) fn put_feed(text: &mut Text, feed: Feed) {
+pub(super) fn put_feed(text: &mut JsonText, feed: Feed) {
     let (key, value) = match feed {
         Feed::PerTime(v) => ("feed_mm_min", v * 60.0),
         Feed::PerRevolution(v) => ("feed_mm_rev", v),
@@ -152,7 +152,7 @@ pub(super) fn put_feed(text: &mut Text, feed: Feed) {
     text.put_number(key, value);
 }
 
-fn put_axes(text: &mut Text, values: &AxisValues, axis: Option<[f64; 3]>) {
+fn put_axes(text: &mut JsonText, values: &AxisValues, axis: Option<[f64; 3]>) {
     let mut separator = "{";
     for (at, key) in AXIS_KEYS.iter().enumerate() {
         let Some(value) = values.get(at) else { continue };
@@ -171,7 +171,7 @@ fn put_axes(text: &mut Text, values: &AxisValues, axis: Option<[f64; 3]>) {
 }
 
 #[inline]
-fn put_motion(text: &mut Text, op: &str, motion: &Motion) {
+fn put_motion(text: &mut JsonText, op: &str, motion: &Motion) {
     text.raw(r#","op":""#);
     text.raw(op);
     text.raw(r#"","end":"#);
@@ -199,14 +199,14 @@ fn put_motion(text: &mut Text, op: &str, motion: &Motion) {
 }
 
 /// `plane` of a normal that lies along an axis.
-fn put_plane(text: &mut Text, normal: usize) {
+fn put_plane(text: &mut JsonText, normal: usize) {
     match PLANES.get(normal) {
         Some(plane) => text.put_string("plane", plane),
         None => text.raw(r#","plane":null"#),
     }
 }
 
-fn put_arc(text: &mut Text, arc: &ArcMotion) {
+fn put_arc(text: &mut JsonText, arc: &ArcMotion) {
     put_motion(text, "arc", &arc.motion);
     put_plane(text, arc.normal.iter().position(|v| v.abs() > ALONG_AXIS).unwrap_or(PLANES.len()));
     text.put_point("center", arc.center);
@@ -225,7 +225,7 @@ fn direction(direction: SpindleDirection) -> &'static str {
     }
 }
 
-fn put_tool(text: &mut Text, action: &ToolAction) {
+fn put_tool(text: &mut JsonText, action: &ToolAction) {
     text.put_string("op", "tool");
     let (action, tool) = match action {
         ToolAction::Select(tool) => ("select", tool),
@@ -239,7 +239,7 @@ fn put_tool(text: &mut Text, action: &ToolAction) {
     }
 }
 
-fn put_offset(text: &mut Text, offset: &Offset) {
+fn put_offset(text: &mut JsonText, offset: &Offset) {
     text.put_string("op", "offset");
     match offset {
         Offset::ToolEdge { edge } => text.put_whole("edge", *edge),
@@ -253,7 +253,7 @@ fn put_offset(text: &mut Text, offset: &Offset) {
     }
 }
 
-fn put_frame(text: &mut Text, frame: &FrameChange) {
+fn put_frame(text: &mut JsonText, frame: &FrameChange) {
     text.put_string("op", "frame");
     text.put_string("word", &frame.word);
     text.key("rotation");
@@ -262,7 +262,7 @@ fn put_frame(text: &mut Text, frame: &FrameChange) {
     text.put_point("rotary_deg", frame.rotary.map(f64::to_degrees));
 }
 
-fn put_path_mode(text: &mut Text, mode: PathMode) {
+fn put_path_mode(text: &mut JsonText, mode: PathMode) {
     text.put_string("op", "path_mode");
     match mode {
         PathMode::ExactStop => text.put_string("mode", "exact_stop"),
@@ -274,7 +274,7 @@ fn put_path_mode(text: &mut Text, mode: PathMode) {
     }
 }
 
-fn put_overcut(text: &mut Text, overcut: &Overcut) {
+fn put_overcut(text: &mut JsonText, overcut: &Overcut) {
     text.put_string("op", "note");
     text.put_string("text", &overcut.to_string());
     text.put_string("severity", overcut.kind.weight().name());

@@ -25,12 +25,12 @@ const ROUNDED: f64 = 4.5e15;
 
 /// Bytes on their way into the buffer: sign, ten digits of a whole number, point, nine decimals.
 #[derive(Clone, Copy)]
-struct Short {
+struct NumberText {
     bytes: [u8; 24],
     length: usize,
 }
 
-impl Short {
+impl NumberText {
     const EMPTY: Self = Self { bytes: [0; 24], length: 0 };
 
     #[inline]
@@ -87,17 +87,17 @@ impl Short {
 }
 
 /// A buffer of JSON text. Each key is written with the comma before it, which is why a line begins
-/// with [`Text::raw`].
+/// with [`JsonText::raw`].
 #[derive(Clone, Default)]
-pub(super) struct Text(Vec<u8>);
+pub(super) struct JsonText(Vec<u8>);
 
-impl Debug for Text {
+impl Debug for JsonText {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&String::from_utf8_lossy(&self.0))
     }
 }
 
-impl Text {
+impl JsonText {
     pub(super) fn bytes(&self) -> &[u8] {
         &self.0
     }
@@ -141,7 +141,7 @@ impl Text {
 
     #[inline]
     pub(super) fn whole(&mut self, n: u32) {
-        let mut short = Short::EMPTY;
+        let mut short = NumberText::EMPTY;
         short.whole(n);
         self.0.extend_from_slice(short.bytes());
     }
@@ -170,7 +170,7 @@ impl Text {
         if magnitude < SMALLEST_PLAIN && magnitude != 0 {
             return self.exact(nano as f64 / NANO);
         }
-        let mut short = Short::EMPTY;
+        let mut short = NumberText::EMPTY;
         if nano < 0 {
             short.push(b'-');
         }
@@ -251,7 +251,7 @@ mod tests {
     }
 
     fn written(value: f64) -> String {
-        let mut text = Text::default();
+        let mut text = JsonText::default();
         text.number(value);
         String::from_utf8(text.0).unwrap()
     }
@@ -327,7 +327,7 @@ mod tests {
         let state = &mut 1;
         let ends = [0, 9, 10, 99, 100, 999, 1000, 1001, 999_999, 1_000_000, u32::MAX];
         for n in ends.into_iter().chain((0..10_000).map(|_| random(state) as u32 >> (random(state) % 32))) {
-            let mut text = Text::default();
+            let mut text = JsonText::default();
             text.whole(n);
             assert_eq!(String::from_utf8(text.0).unwrap(), n.to_string());
         }

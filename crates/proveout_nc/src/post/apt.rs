@@ -3,8 +3,8 @@
 
 use std::io::Write;
 
-use super::format::{Frames, Lines, full_turns, offset_number, one_line, speed};
-use super::{Post, PostError, PostSettings, Unsaid};
+use super::format::{PostFrames, PostLines, full_turns, offset_number, one_line, speed};
+use super::{Post, PostError, PostSettings, Unpostable};
 use crate::frame;
 use crate::settings::Dialect;
 use crate::{
@@ -15,13 +15,13 @@ use crate::{
 /// Writes canonical commands as CL data.
 #[derive(Debug)]
 pub struct AptPost<W> {
-    out: Lines<W>,
+    out: PostLines<W>,
     begun: bool,
     tcp: bool,
     multax: bool,
     /// Tool axis of the last motion, base coordinates.
     axis: Option<[f64; 3]>,
-    frames: Frames,
+    frames: PostFrames,
     selected: Option<ToolName>,
     /// A tool whose change waits for the number of its length.
     changed: Option<ToolName>,
@@ -36,12 +36,12 @@ impl<W: Write> AptPost<W> {
     pub fn new(sink: W, settings: PostSettings) -> Self {
         Self {
             // CL data has no line numbers.
-            out: Lines::new(sink, PostSettings { block_number_step: None, ..settings }),
+            out: PostLines::new(sink, PostSettings { block_number_step: None, ..settings }),
             begun: false,
             tcp: false,
             multax: false,
             axis: None,
-            frames: Frames::new(),
+            frames: PostFrames::new(),
             selected: None,
             changed: None,
             length_on: false,
@@ -56,7 +56,7 @@ impl<W: Write> AptPost<W> {
         self.out.sink
     }
 
-    fn begin(&mut self) -> Result<(), Unsaid> {
+    fn begin(&mut self) -> Result<(), Unpostable> {
         self.begun = true;
         if let Some(header) = self.out.settings.header.take() {
             return header.iter().try_for_each(|line| self.out.plain(line));
@@ -75,7 +75,7 @@ impl<W: Write> AptPost<W> {
     }
 
     /// What waits for the next command.
-    fn waiting(&mut self, op: &Op) -> Result<(), Unsaid> {
+    fn waiting(&mut self, op: &Op) -> Result<(), Unpostable> {
         if let Some(tool) = self.selected.take() {
             if let Op::Tool(ToolAction::Change(next)) = op
                 && *next == tool
@@ -95,7 +95,7 @@ impl<W: Write> AptPost<W> {
         Ok(())
     }
 
-    fn command(&mut self, op: &Op) -> Result<(), Unsaid> {
+    fn command(&mut self, op: &Op) -> Result<(), Unpostable> {
         if !self.begun {
             self.begin()?;
         }
@@ -122,17 +122,18 @@ impl<W: Write> AptPost<W> {
             }
             // Circles carry their plane.
             Op::Plane(_) => Ok(()),
-            Op::Offset(Offset::ToolEdge { edge: 0 }) if self.length_on => {
-                Err(Unsaid::new("switching the tool length off", "remove D0 or G49: CL data gives points of the tip"))
-            }
+            Op::Offset(Offset::ToolEdge { edge: 0 }) if self.length_on => Err(Unpostable::new(
+                "switching the tool length off",
+                "remove D0 or G49: CL data gives points of the tip",
+            )),
             Op::Offset(Offset::ToolEdge { .. }) => Ok(()),
             Op::Offset(Offset::ToolDelta { length, radius, corner_radius }) => {
                 if [length, radius, corner_radius].iter().all(|v| **v == 0.0) {
                     return Ok(());
                 }
-                Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
+                Err(Unpostable::new("delta values of the tool", "write them into the tool table"))
             }
-            Op::Retract(_) => Err(Unsaid::new("a retraction along the tool axis", "write the retracted position")),
+            Op::Retract(_) => Err(Unpostable::new("a retraction along the tool axis", "write the retracted position")),
             Op::Offset(Offset::TurnCenter { .. }) => Err(super::turns_ahead()),
             Op::Offset(Offset::Work { word }) => self.work_offset(word),
             Op::Frame(change) => {
@@ -145,11 +146,11 @@ impl<W: Write> AptPost<W> {
             }
             Op::CutterComp(comp) => self.compensation(comp),
             Op::Override(change) if change.enabled && change.feed == 1.0 => Ok(()),
-            Op::Override(_) => Err(Unsaid::new("a fixed or programmed override", "write the feed itself")),
+            Op::Override(_) => Err(Unpostable::new("a fixed or programmed override", "write the feed itself")),
             Op::PathMode(mode) => self.out.plain(&format!("$$ path mode: {mode:?}")),
-            Op::Spline(_) => Err(Unsaid::new("a Bezier curve", "write it as short straight blocks")),
-            Op::Probe(_) => Err(Unsaid::new("a probing motion", "remove the measuring cycle")),
-            Op::Thread(_) => Err(Unsaid::new("a motion coupled to the spindle", "write CYCLE/TAP by hand")),
+            Op::Spline(_) => Err(Unpostable::new("a Bezier curve", "write it as short straight blocks")),
+            Op::Probe(_) => Err(Unpostable::new("a probing motion", "remove the measuring cycle")),
+            Op::Thread(_) => Err(Unpostable::new("a motion coupled to the spindle", "write CYCLE/TAP by hand")),
             Op::Coolant(coolant) => self.coolant(*coolant),
             Op::Message(text) => self.out.plain(&format!("PPRINT/{}", one_line(text, &[]))),
             Op::Overcut(overcut) => self.out.plain(&format!("$$ {}", one_line(&overcut.to_string(), &[]))),
@@ -160,33 +161,33 @@ impl<W: Write> AptPost<W> {
     }
 
     /// Point in the coordinates of the work offset, and the tool axis where vectors are in effect.
-    fn pose(&mut self, motion: &Motion) -> Result<([f64; 3], Option<[f64; 3]>), Unsaid> {
+    fn pose(&mut self, motion: &Motion) -> Result<([f64; 3], Option<[f64; 3]>), Unpostable> {
         if motion.machine_coordinates {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "a motion in machine coordinates",
                 "take SUPA, G53 or M91 out, and what goes with it",
             ));
         }
         if motion.programmed >> 3 != 0 {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "positions of rotary axes: what they mean depends on the machine",
                 "program the tool axis as a vector",
             ));
         }
         if motion.programmed == 0 && motion.tool_axis.is_some() {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "a motion that turns the tool with the linear axes at rest",
                 "program the tool axis as a vector",
             ));
         }
         let Some(base) = motion.end_base.xyz() else {
-            return Err(Unsaid::new("a point of which not all coordinates are known", "program X, Y and Z"));
+            return Err(Unpostable::new("a point of which not all coordinates are known", "program X, Y and Z"));
         };
         let point = frame::sub(base, self.frames.settable.translation);
         if !self.tcp {
             let still = self.multax && self.axis != Some([0.0, 0.0, 1.0]);
             if self.frames.is_tilted() || still {
-                return Err(Unsaid::new(
+                return Err(Unpostable::new(
                     "a tilted plane without tool center point control",
                     "switch it on and program the tool axis as a vector",
                 ));
@@ -198,14 +199,14 @@ impl<W: Write> AptPost<W> {
                 self.axis = Some(axis);
                 Ok((point, Some(axis)))
             }
-            None => Err(Unsaid::new(
+            None => Err(Unpostable::new(
                 "tool center point control with a tool axis that is not known",
                 "program the tool axis as a vector",
             )),
         }
     }
 
-    fn goto(&mut self, point: [f64; 3], axis: Option<[f64; 3]>) -> Result<(), Unsaid> {
+    fn goto(&mut self, point: [f64; 3], axis: Option<[f64; 3]>) -> Result<(), Unpostable> {
         let mut words = point.map(|v| self.out.length(v)).join(",");
         if let Some(axis) = axis {
             for component in axis {
@@ -217,7 +218,7 @@ impl<W: Write> AptPost<W> {
         self.out.plain(&format!("GOTO/{words}"))
     }
 
-    fn multax(&mut self, axis: Option<[f64; 3]>) -> Result<(), Unsaid> {
+    fn multax(&mut self, axis: Option<[f64; 3]>) -> Result<(), Unpostable> {
         if axis.is_some() && !self.multax {
             self.multax = true;
             return self.out.plain("MULTAX/ON");
@@ -225,9 +226,9 @@ impl<W: Write> AptPost<W> {
         Ok(())
     }
 
-    fn straight(&mut self, motion: &Motion, rapid: bool) -> Result<(), Unsaid> {
+    fn straight(&mut self, motion: &Motion, rapid: bool) -> Result<(), Unpostable> {
         if motion.exact_stop {
-            return Err(Unsaid::new("an exact stop of one block", "remove G9"));
+            return Err(Unpostable::new("an exact stop of one block", "remove G9"));
         }
         let (point, axis) = self.pose(motion)?;
         self.multax(axis)?;
@@ -237,7 +238,7 @@ impl<W: Write> AptPost<W> {
         self.goto(point, axis)
     }
 
-    fn arc(&mut self, arc: &ArcMotion) -> Result<(), Unsaid> {
+    fn arc(&mut self, arc: &ArcMotion) -> Result<(), Unpostable> {
         let (end, axis) = self.pose(&arc.motion)?;
         self.multax(axis)?;
         let same = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| self.out.length(a[i]) == self.out.length(b[i]));
@@ -261,7 +262,7 @@ impl<W: Write> AptPost<W> {
         self.goto(end, axis)
     }
 
-    fn feed(&mut self, feed: Feed) -> Result<(), Unsaid> {
+    fn feed(&mut self, feed: Feed) -> Result<(), Unpostable> {
         let inches = self.out.settings.inches;
         match feed {
             Feed::PerTime(v) => {
@@ -272,11 +273,11 @@ impl<W: Write> AptPost<W> {
                 let text = self.out.above_zero(self.out.in_unit(v), self.out.settings.feed_decimals + 3);
                 self.out.plain(&format!("FEDRAT/{text},{}", if inches { "IPR" } else { "MMPR" }))
             }
-            Feed::InverseTime(_) => Err(Unsaid::new("inverse time feed", "write the feed in mm/min (G94)")),
+            Feed::InverseTime(_) => Err(Unpostable::new("inverse time feed", "write the feed in mm/min (G94)")),
         }
     }
 
-    fn spindle(&mut self, spindle: Spindle) -> Result<(), Unsaid> {
+    fn spindle(&mut self, spindle: Spindle) -> Result<(), Unpostable> {
         let direction = match spindle.direction {
             SpindleDirection::Off => return self.out.plain("SPINDL/OFF"),
             SpindleDirection::Clockwise => "CLW",
@@ -288,12 +289,12 @@ impl<W: Write> AptPost<W> {
         }
     }
 
-    fn work_offset(&mut self, word: &str) -> Result<(), Unsaid> {
+    fn work_offset(&mut self, word: &str) -> Result<(), Unpostable> {
         let code = match offset_number(word) {
             _ if word == "G500" => 500,
             Some(number @ 1..=6) => number + 53,
             Some(number @ 7..=99) => number + 500,
-            _ => return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59")),
+            _ => return Err(Unpostable::new(format!("the work offset {word}"), "use G54 to G59")),
         };
         let settings = std::mem::take(&mut self.out.settings);
         self.frames.offset(word, &settings);
@@ -306,7 +307,7 @@ impl<W: Write> AptPost<W> {
         self.out.plain(&format!("PREFUN/{code}"))
     }
 
-    fn compensation(&mut self, comp: &CutterComp) -> Result<(), Unsaid> {
+    fn compensation(&mut self, comp: &CutterComp) -> Result<(), Unpostable> {
         let side = match comp.side {
             CompSide::Off => return self.out.plain("CUTCOM/OFF"),
             CompSide::Left => "LEFT",
@@ -318,7 +319,7 @@ impl<W: Write> AptPost<W> {
         }
     }
 
-    fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {
+    fn coolant(&mut self, coolant: Coolant) -> Result<(), Unpostable> {
         let before = std::mem::replace(&mut self.coolant, coolant);
         super::tell_coolant(before, coolant, ["COOLNT/OFF", "COOLNT/FLOOD", "COOLNT/MIST"], |words| {
             self.out.plain(words)

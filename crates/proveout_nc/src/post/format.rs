@@ -3,25 +3,25 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::{EdgeNumbers, PostSettings, Unsaid, positive};
+use super::{EdgeNumbers, PostSettings, Unpostable, positive};
 use crate::frame::{self, Frame};
 use crate::{ArcMotion, Feed, FrameChange, Op, ToolName};
 
 /// Lines of text.
 #[derive(Debug)]
-pub(crate) struct Lines<W> {
+pub(crate) struct PostLines<W> {
     pub(crate) sink: W,
     pub(crate) settings: PostSettings,
     number: u32,
 }
 
-impl<W: Write> Lines<W> {
+impl<W: Write> PostLines<W> {
     pub(crate) fn new(sink: W, settings: PostSettings) -> Self {
         Self { sink, settings, number: 0 }
     }
 
     /// A block, with its N word where they are wanted.
-    pub(crate) fn block(&mut self, words: &str) -> Result<(), Unsaid> {
+    pub(crate) fn block(&mut self, words: &str) -> Result<(), Unpostable> {
         if words.is_empty() {
             return Ok(());
         }
@@ -34,12 +34,12 @@ impl<W: Write> Lines<W> {
     }
 
     /// Writes a line unchanged.
-    pub(crate) fn plain(&mut self, text: &str) -> Result<(), Unsaid> {
+    pub(crate) fn plain(&mut self, text: &str) -> Result<(), Unpostable> {
         writeln!(self.sink, "{text}")?;
         Ok(())
     }
 
-    pub(crate) fn footer(&mut self) -> Result<(), Unsaid> {
+    pub(crate) fn footer(&mut self) -> Result<(), Unpostable> {
         for line in std::mem::take(&mut self.settings.footer) {
             self.plain(&line)?;
         }
@@ -137,7 +137,7 @@ pub(crate) fn speed(value: f64) -> String {
 
 /// Work offset in effect, and the frame of the commands above it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Frames {
+pub(crate) struct PostFrames {
     pub(crate) settable: Frame,
     /// From work coordinates of the commands to the coordinates of the work offset.
     pub(crate) above: Frame,
@@ -145,14 +145,14 @@ pub(crate) struct Frames {
     called: bool,
 }
 
-impl Frames {
+impl PostFrames {
     pub(crate) fn new() -> Self {
         Self { settable: Frame::IDENTITY, above: Frame::IDENTITY, called: false }
     }
 
     /// A motion of a program that has called no work offset: the control has one in force from the start, so its values
     /// must be zero. 840D programs can do without any, and a TNC has row 0 of its presets.
-    pub(crate) fn before_motion(&mut self, op: &Op, settings: &PostSettings, word: &str) -> Result<(), Unsaid> {
+    pub(crate) fn before_motion(&mut self, op: &Op, settings: &PostSettings, word: &str) -> Result<(), Unpostable> {
         let motion = match op {
             _ if self.called => return Ok(()),
             Op::Rapid(motion) | Op::Linear(motion) => motion,
@@ -166,7 +166,7 @@ impl Frames {
         if motion.machine_coordinates || zero {
             return Ok(());
         }
-        Err(Unsaid::new(
+        Err(Unpostable::new(
             format!("coordinates without a work offset: {word} is in force from the start, and not zero"),
             "call the work offset in the program, G54",
         ))

@@ -7,8 +7,10 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::format::{Frames, LEAST_COSINE, Lines, along_axis, full_turns, offset_number, one_line, radius_word, speed};
-use super::{Post, PostError, PostSettings, Unsaid};
+use super::format::{
+    LEAST_COSINE, PostFrames, PostLines, along_axis, full_turns, offset_number, one_line, radius_word, speed,
+};
+use super::{Post, PostError, PostSettings, Unpostable};
 use crate::frame::Frame;
 use crate::settings::Dialect;
 use crate::{
@@ -19,7 +21,7 @@ use crate::{
 /// Writes canonical commands as a Klartext program.
 #[derive(Debug)]
 pub struct HeidenhainPost<W> {
-    out: Lines<W>,
+    out: PostLines<W>,
     number: u64,
     begun: bool,
     feed: Option<f64>,
@@ -30,7 +32,7 @@ pub struct HeidenhainPost<W> {
     told_comp: CompSide,
     tcp: Option<Tcp>,
     length_on: bool,
-    frames: Frames,
+    frames: PostFrames,
     /// Coordinates of the datum instead of those of the commands.
     flat: bool,
     tilted: bool,
@@ -50,7 +52,7 @@ impl<W: Write> HeidenhainPost<W> {
         // Blocks are numbered from 0 in any case.
         let settings = PostSettings { block_number_step: None, ..settings };
         Self {
-            out: Lines::new(sink, settings),
+            out: PostLines::new(sink, settings),
             number: 0,
             begun: false,
             feed: None,
@@ -61,7 +63,7 @@ impl<W: Write> HeidenhainPost<W> {
             told_comp: CompSide::Off,
             tcp: None,
             length_on: false,
-            frames: Frames::new(),
+            frames: PostFrames::new(),
             flat: false,
             tilted: false,
             tilt: None,
@@ -78,7 +80,7 @@ impl<W: Write> HeidenhainPost<W> {
         self.out.sink
     }
 
-    fn block(&mut self, words: &str) -> Result<(), Unsaid> {
+    fn block(&mut self, words: &str) -> Result<(), Unpostable> {
         let number = self.number;
         self.number += 1;
         self.out.plain(&format!("{number} {words}"))
@@ -91,7 +93,7 @@ impl<W: Write> HeidenhainPost<W> {
         format!("PGM {name} {}", if self.out.settings.inches { "INCH" } else { "MM" })
     }
 
-    fn begin(&mut self) -> Result<(), Unsaid> {
+    fn begin(&mut self) -> Result<(), Unpostable> {
         self.begun = true;
         if let Some(header) = self.out.settings.header.take() {
             return header.iter().try_for_each(|line| self.out.plain(line));
@@ -105,7 +107,7 @@ impl<W: Write> HeidenhainPost<W> {
         self.at = [None; 3];
     }
 
-    fn command(&mut self, op: &Op) -> Result<(), Unsaid> {
+    fn command(&mut self, op: &Op) -> Result<(), Unpostable> {
         if !self.begun {
             self.begin()?;
         }
@@ -119,7 +121,7 @@ impl<W: Write> HeidenhainPost<W> {
             }
         }
         match op {
-            Op::Rapid(_) if swivel => Err(Unsaid::new(
+            Op::Rapid(_) if swivel => Err(Unpostable::new(
                 "a motion that turns the tool with the linear axes at rest",
                 "write the positions of the rotary axes",
             )),
@@ -130,14 +132,14 @@ impl<W: Write> HeidenhainPost<W> {
                 self.block("CYCL DEF 9.0 DWELL TIME")?;
                 self.block(&format!("CYCL DEF 9.1 DWELL {seconds:.3}"))
             }
-            Op::Dwell(_) => Err(Unsaid::new("a dwell in spindle revolutions", "write the dwell in seconds")),
+            Op::Dwell(_) => Err(Unpostable::new("a dwell in spindle revolutions", "write the dwell in seconds")),
             Op::Feed(feed) => self.feed(*feed),
             Op::FeedCounts(counts) => super::feed_counts(*counts, Dialect::Heidenhain),
             Op::Spindle(spindle) => self.spindle(*spindle),
             Op::Tool(action) => self.tool(action),
             Op::Plane('Z') => Ok(()),
-            Op::Plane(_) => Err(Unsaid::new("a working plane other than XY", "use a tilted plane")),
-            Op::Offset(Offset::ToolEdge { edge: 0 }) if self.length_on => Err(Unsaid::new(
+            Op::Plane(_) => Err(Unpostable::new("a working plane other than XY", "use a tilted plane")),
+            Op::Offset(Offset::ToolEdge { edge: 0 }) if self.length_on => Err(Unpostable::new(
                 "switching the tool length off",
                 "remove D0 or G49: a TNC keeps the length of the tool that was called",
             )),
@@ -175,13 +177,13 @@ impl<W: Write> HeidenhainPost<W> {
                 }
             }
             Op::PathMode(PathMode::ExactStop) => {
-                Err(Unsaid::new("an exact stop at the end of every block", "remove G60 or G61"))
+                Err(Unpostable::new("an exact stop at the end of every block", "remove G60 or G61"))
             }
             Op::Override(change) if change.enabled && change.feed == 1.0 => Ok(()),
-            Op::Override(_) => Err(Unsaid::new("a fixed or programmed override", "write the feed itself")),
-            Op::Spline(_) => Err(Unsaid::new("a Bezier curve", "write it as short straight blocks")),
-            Op::Probe(_) => Err(Unsaid::new("a probing motion", "write the measuring cycle by hand")),
-            Op::Thread(_) => Err(Unsaid::new("a motion coupled to the spindle", "write the tapping cycle by hand")),
+            Op::Override(_) => Err(Unpostable::new("a fixed or programmed override", "write the feed itself")),
+            Op::Spline(_) => Err(Unpostable::new("a Bezier curve", "write it as short straight blocks")),
+            Op::Probe(_) => Err(Unpostable::new("a probing motion", "write the measuring cycle by hand")),
+            Op::Thread(_) => Err(Unpostable::new("a motion coupled to the spindle", "write the tapping cycle by hand")),
             Op::Coolant(coolant) => self.coolant(*coolant),
             Op::Overcut(overcut) => self.block(&format!("; {}", one_line(&overcut.to_string(), &[]))),
             Op::Message(text) | Op::Note(text) => self.block(&format!("; {}", one_line(text, &[]))),
@@ -202,7 +204,7 @@ impl<W: Write> HeidenhainPost<W> {
         Some(base - if axis < 3 { self.frames.settable.translation[axis] } else { 0.0 })
     }
 
-    fn coordinates(&mut self, motion: &Motion, forced: u16) -> Result<String, Unsaid> {
+    fn coordinates(&mut self, motion: &Motion, forced: u16) -> Result<String, Unpostable> {
         super::must_be_known(motion, |axis| self.value(motion, axis))?;
         let turned = if self.flat && motion.programmed & 0b111 != 0 { 0b111 } else { 0 };
         let wanted = motion.programmed | turned | forced;
@@ -232,7 +234,7 @@ impl<W: Write> HeidenhainPost<W> {
     }
 
     /// R0, RL, RR where it changes, and the feed.
-    fn tail(&mut self, rapid: bool) -> Result<String, Unsaid> {
+    fn tail(&mut self, rapid: bool) -> Result<String, Unpostable> {
         let mut words = String::new();
         if let Some(side) = self.comp.take().filter(|side| *side != self.told_comp) {
             self.told_comp = side;
@@ -251,7 +253,7 @@ impl<W: Write> HeidenhainPost<W> {
                 self.told_feed = Some(text);
             }
         } else {
-            return Err(Unsaid::new("a motion without a feed", "program the feed"));
+            return Err(Unpostable::new("a motion without a feed", "program the feed"));
         }
         Ok(words)
     }
@@ -263,13 +265,13 @@ impl<W: Write> HeidenhainPost<W> {
         self.out.above_zero(self.out.in_unit(feed) * tenths, decimals)
     }
 
-    fn straight(&mut self, motion: &Motion, rapid: bool) -> Result<(), Unsaid> {
+    fn straight(&mut self, motion: &Motion, rapid: bool) -> Result<(), Unpostable> {
         if motion.exact_stop {
-            return Err(Unsaid::new("an exact stop of one block", "remove G9"));
+            return Err(Unpostable::new("an exact stop of one block", "remove G9"));
         }
         let axis = if self.flat { motion.tool_axis_base } else { motion.tool_axis };
         if axis.is_some() && !self.tcp.is_some_and(|tcp| tcp.on) && !self.swiveled {
-            return Err(Unsaid::new("a tool vector without tool center point control", "switch it on before"));
+            return Err(Unpostable::new("a tool vector without tool center point control", "switch it on before"));
         }
         let forced = if axis.is_some() { 0b111 } else { 0 };
         let mut words = self.coordinates(motion, forced)?;
@@ -285,7 +287,7 @@ impl<W: Write> HeidenhainPost<W> {
         self.block(&format!("{word}{words}{tail}{machine}"))
     }
 
-    fn arc(&mut self, arc: &ArcMotion) -> Result<(), Unsaid> {
+    fn arc(&mut self, arc: &ArcMotion) -> Result<(), Unpostable> {
         let (center, normal) = if self.flat {
             let shift = self.frames.settable.translation;
             (std::array::from_fn(|i| arc.center_base[i] - shift[i]), arc.normal_base)
@@ -293,22 +295,22 @@ impl<W: Write> HeidenhainPost<W> {
             (arc.center, arc.normal)
         };
         let Some((2, sense)) = along_axis(normal) else {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "a circle outside of the XY plane",
                 "use a tilted plane, or short straight blocks",
             ));
         };
         if arc.motion.tool_axis.is_some() {
-            return Err(Unsaid::new("a circle with a tool vector", "write it as short straight blocks"));
+            return Err(Unpostable::new("a circle with a tool vector", "write it as short straight blocks"));
         }
         if self.comp.is_some_and(|side| side != self.told_comp) {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "a change of the radius compensation on a circle",
                 "change it on a straight block",
             ));
         }
         if arc.motion.programmed >> 3 != 0 {
-            return Err(Unsaid::new("a circle with rotary axes", "write it as short straight blocks"));
+            return Err(Unpostable::new("a circle with rotary axes", "write it as short straight blocks"));
         }
         let height = self.value(&arc.motion, 2);
         let climbs = match (self.at[2], height) {
@@ -328,7 +330,10 @@ impl<W: Write> HeidenhainPost<W> {
         let (x, y) = (Self::signed(self.out.center(center[0])), Self::signed(self.out.center(center[1])));
         if climbs || turns > 0 {
             let (Some(from), Some(to)) = (self.at[2], height) else {
-                return Err(Unsaid::new("a helix whose start has not been written", "program X, Y and Z before it"));
+                return Err(Unpostable::new(
+                    "a helix whose start has not been written",
+                    "program X, Y and Z before it",
+                ));
             };
             self.block(&format!("CC X{x} Y{y}"))?;
             // The end follows from the angle: it is written finer than an axis.
@@ -351,10 +356,10 @@ impl<W: Write> HeidenhainPost<W> {
         self.block(&format!("C{words} {direction}{tail}"))
     }
 
-    fn feed(&mut self, feed: Feed) -> Result<(), Unsaid> {
+    fn feed(&mut self, feed: Feed) -> Result<(), Unpostable> {
         let per_revolution = matches!(feed, Feed::PerRevolution(_));
         if per_revolution && self.out.settings.inches {
-            return Err(Unsaid::new("a feed per revolution in inch", "write the program in mm"));
+            return Err(Unpostable::new("a feed per revolution in inch", "write the program in mm"));
         }
         if per_revolution != self.per_revolution {
             self.per_revolution = per_revolution;
@@ -365,13 +370,13 @@ impl<W: Write> HeidenhainPost<W> {
             Feed::PerTime(v) => v * 60.0,
             Feed::PerRevolution(v) => v,
             Feed::InverseTime(_) => {
-                return Err(Unsaid::new("inverse time feed", "write the feed in mm/min (G94)"));
+                return Err(Unpostable::new("inverse time feed", "write the feed in mm/min (G94)"));
             }
         });
         Ok(())
     }
 
-    fn spindle(&mut self, spindle: Spindle) -> Result<(), Unsaid> {
+    fn spindle(&mut self, spindle: Spindle) -> Result<(), Unpostable> {
         if let Some(value) =
             spindle.speed_rpm.filter(|v| self.speed != Some(*v) && spindle.direction != SpindleDirection::Off)
         {
@@ -385,7 +390,7 @@ impl<W: Write> HeidenhainPost<W> {
         })
     }
 
-    fn tool(&mut self, action: &ToolAction) -> Result<(), Unsaid> {
+    fn tool(&mut self, action: &ToolAction) -> Result<(), Unpostable> {
         let (ToolAction::Select(tool) | ToolAction::Change(tool)) = action;
         let text = match tool {
             ToolName::Empty => "0".to_owned(),
@@ -401,11 +406,11 @@ impl<W: Write> HeidenhainPost<W> {
         self.block(&format!("TOOL CALL {text} Z{speed}"))
     }
 
-    fn work_offset(&mut self, word: &str) -> Result<(), Unsaid> {
+    fn work_offset(&mut self, word: &str) -> Result<(), Unpostable> {
         let number = match offset_number(word) {
             Some(number) => number,
             None if word == "PRESET0" => 0,
-            None => return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59 or G505 to G599")),
+            None => return Err(Unpostable::new(format!("the work offset {word}"), "use G54 to G59 or G505 to G599")),
         };
         let settings = std::mem::take(&mut self.out.settings);
         self.frames.offset(word, &settings);
@@ -428,7 +433,7 @@ impl<W: Write> HeidenhainPost<W> {
         self.frame(&change)
     }
 
-    fn frame(&mut self, change: &FrameChange) -> Result<(), Unsaid> {
+    fn frame(&mut self, change: &FrameChange) -> Result<(), Unpostable> {
         let before = self.frames.above;
         self.frames.change(change);
         let above = self.frames.above;
@@ -436,7 +441,7 @@ impl<W: Write> HeidenhainPost<W> {
             return Ok(());
         }
         if above.rotary != [0.0; 3] {
-            return Err(Unsaid::new("a shift of rotary axes", "put it into the datum of the control"));
+            return Err(Unpostable::new("a shift of rotary axes", "put it into the datum of the control"));
         }
         self.forget();
         if std::mem::take(&mut self.tilted) {
@@ -445,7 +450,7 @@ impl<W: Write> HeidenhainPost<W> {
         }
         let tilted = self.frames.is_tilted();
         if tilted && !self.frames.is_rotation() {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "a tilted frame with a mirror or a scale",
                 "mirror or scale the path in the CAM system",
             ));
@@ -476,7 +481,7 @@ impl<W: Write> HeidenhainPost<W> {
         Ok(())
     }
 
-    fn plane(&mut self, angles: [f64; 3], turn: bool, solution: RotarySolution) -> Result<(), Unsaid> {
+    fn plane(&mut self, angles: [f64; 3], turn: bool, solution: RotarySolution) -> Result<(), Unpostable> {
         // A frame turns points far from its origin: it is written finer than an axis.
         let decimals = self.out.settings.angle_decimals + 3;
         let text = angles.map(|v| Self::signed(self.out.number(v.to_degrees(), decimals)));
@@ -490,7 +495,7 @@ impl<W: Write> HeidenhainPost<W> {
         self.block(&format!("PLANE SPATIAL SPA{} SPB{} SPC{} {motion}{choice}", text[0], text[1], text[2]))
     }
 
-    fn tool_center(&mut self, tcp: Tcp) -> Result<(), Unsaid> {
+    fn tool_center(&mut self, tcp: Tcp) -> Result<(), Unpostable> {
         let before = self.tcp.replace(tcp);
         if tcp.on && self.swiveled || before.is_none_or(|b| !b.on) && !tcp.on {
             // PLANE has switched it on, or it is off.
@@ -508,7 +513,7 @@ impl<W: Write> HeidenhainPost<W> {
         })
     }
 
-    fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {
+    fn coolant(&mut self, coolant: Coolant) -> Result<(), Unpostable> {
         let before = std::mem::replace(&mut self.coolant, coolant);
         super::tell_coolant(before, coolant, ["M9", "M8", "M7"], |words| self.block(words))
     }
@@ -520,7 +525,7 @@ impl<W: Write> Post for HeidenhainPost<W> {
     }
 
     fn finish(&mut self) -> Result<(), PostError> {
-        let end = |post: &mut Self| -> Result<(), Unsaid> {
+        let end = |post: &mut Self| -> Result<(), Unpostable> {
             if post.begun {
                 let title = post.title();
                 post.block(&format!("END {title}"))?;

@@ -6,8 +6,8 @@
 
 use std::io::Write;
 
-use super::format::{Frames, Lines, full_turns, offset_number, one_line, speed};
-use super::{Post, PostError, PostSettings, Unsaid};
+use super::format::{PostFrames, PostLines, full_turns, offset_number, one_line, speed};
+use super::{Post, PostError, PostSettings, Unpostable};
 use crate::frame;
 use crate::settings::Dialect;
 use crate::{
@@ -20,7 +20,7 @@ const SAME_FEED: f64 = 1e-12;
 
 /// Which coordinates are written under a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Way {
+pub(crate) enum CoordinateFrame {
     /// Those of the commands.
     AsProgrammed,
     /// Those of the work offset.
@@ -30,7 +30,7 @@ pub(crate) enum Way {
 /// Writes canonical commands as an ISO program.
 #[derive(Debug)]
 pub struct IsoPost<W> {
-    pub(crate) out: Lines<W>,
+    pub(crate) out: PostLines<W>,
     pub(crate) dialect: Dialect,
     begun: bool,
     /// G word of the last motion.
@@ -50,8 +50,8 @@ pub struct IsoPost<W> {
     next_length: Option<u32>,
     /// G41 or G42 is in force.
     compensated: bool,
-    pub(crate) frames: Frames,
-    pub(crate) way: Way,
+    pub(crate) frames: PostFrames,
+    pub(crate) way: CoordinateFrame,
     pub(crate) tilted: bool,
     shifted: bool,
     /// G53.1 has turned the tool upright on the tilted plane, and switched tool center point control on.
@@ -66,7 +66,7 @@ impl<W: Write> IsoPost<W> {
     /// A post that writes to a sink.
     pub fn new(dialect: Dialect, sink: W, settings: PostSettings) -> Self {
         Self {
-            out: Lines::new(sink, settings),
+            out: PostLines::new(sink, settings),
             dialect: if dialect == Dialect::Iso { Dialect::Fanuc } else { dialect },
             begun: false,
             word: None,
@@ -81,8 +81,8 @@ impl<W: Write> IsoPost<W> {
             selected: None,
             next_length: None,
             compensated: false,
-            frames: Frames::new(),
-            way: Way::AsProgrammed,
+            frames: PostFrames::new(),
+            way: CoordinateFrame::AsProgrammed,
             tilted: false,
             shifted: false,
             swiveled: false,
@@ -97,7 +97,7 @@ impl<W: Write> IsoPost<W> {
         self.out.sink
     }
 
-    fn begin(&mut self) -> Result<(), Unsaid> {
+    fn begin(&mut self) -> Result<(), Unpostable> {
         self.begun = true;
         if let Some(header) = self.out.settings.header.take() {
             return header.iter().try_for_each(|line| self.out.plain(line));
@@ -123,7 +123,7 @@ impl<W: Write> IsoPost<W> {
         self.at = [None; 9];
     }
 
-    fn command(&mut self, op: &Op) -> Result<(), Unsaid> {
+    fn command(&mut self, op: &Op) -> Result<(), Unpostable> {
         if !self.begun {
             self.begin()?;
         }
@@ -160,9 +160,9 @@ impl<W: Write> IsoPost<W> {
                 if [length, radius, corner_radius].iter().all(|v| **v == 0.0) {
                     return Ok(());
                 }
-                Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
+                Err(Unpostable::new("delta values of the tool", "write them into the tool table"))
             }
-            Op::Retract(_) => Err(Unsaid::new("a retraction along the tool axis", "write the retracted position")),
+            Op::Retract(_) => Err(Unpostable::new("a retraction along the tool axis", "write the retracted position")),
             Op::Offset(Offset::TurnCenter { .. }) => Err(super::turns_ahead()),
             Op::Offset(Offset::Work { word }) => self.work_offset(word),
             Op::Frame(change) => self.frame(change),
@@ -181,28 +181,30 @@ impl<W: Write> IsoPost<W> {
         }
     }
 
-    fn comment(&mut self, text: &str) -> Result<(), Unsaid> {
+    fn comment(&mut self, text: &str) -> Result<(), Unpostable> {
         self.out.block(&format!("({})", one_line(text, &['(', ')', '%'])))
     }
 
-    fn dwell(&mut self, dwell: Dwell) -> Result<(), Unsaid> {
+    fn dwell(&mut self, dwell: Dwell) -> Result<(), Unpostable> {
         match dwell {
             Dwell::Seconds(seconds) if self.dialect == Dialect::Fanuc => {
                 self.out.block(&format!("G4 P{}", (seconds * 1000.0).round()))
             }
             // A decimal point makes it seconds on a Haas.
             Dwell::Seconds(seconds) => self.out.block(&format!("G4 P{seconds:.3}")),
-            Dwell::Revolutions(_) => Err(Unsaid::new("a dwell in spindle revolutions", "write the dwell in seconds")),
+            Dwell::Revolutions(_) => {
+                Err(Unpostable::new("a dwell in spindle revolutions", "write the dwell in seconds"))
+            }
         }
     }
 
-    fn feed(&mut self, feed: Feed) -> Result<(), Unsaid> {
+    fn feed(&mut self, feed: Feed) -> Result<(), Unpostable> {
         self.feed = Some(feed);
         let words = self.out.feed_words(feed, &mut self.feed_mode);
         self.out.block(&words)
     }
 
-    fn spindle(&mut self, spindle: Spindle) -> Result<(), Unsaid> {
+    fn spindle(&mut self, spindle: Spindle) -> Result<(), Unpostable> {
         let m = match spindle.direction {
             SpindleDirection::Off => "M5",
             SpindleDirection::Clockwise => "M3",
@@ -214,13 +216,13 @@ impl<W: Write> IsoPost<W> {
         }
     }
 
-    fn tool(&mut self, action: &ToolAction) -> Result<(), Unsaid> {
+    fn tool(&mut self, action: &ToolAction) -> Result<(), Unpostable> {
         let (ToolAction::Select(tool) | ToolAction::Change(tool)) = action;
         let number = match tool {
             ToolName::Empty => 0,
             ToolName::Number(number) => *number,
             ToolName::Name(name) => {
-                return Err(Unsaid::new(
+                return Err(Unpostable::new(
                     format!("the tool {name:?}: ISO programs call tools by number"),
                     "give the tools numbers",
                 ));
@@ -248,7 +250,7 @@ impl<W: Write> IsoPost<W> {
         }
     }
 
-    fn length(&mut self, edge: u32) -> Result<(), Unsaid> {
+    fn length(&mut self, edge: u32) -> Result<(), Unpostable> {
         // The length programmed with T belongs to the next tool: a G43 before M6 would apply it to
         // the old tool.
         if edge != 0 && self.selected.is_some() && self.selected != self.tool {
@@ -271,13 +273,13 @@ impl<W: Write> IsoPost<W> {
         self.out.block(&format!("G43 H{number}"))
     }
 
-    fn work_offset(&mut self, word: &str) -> Result<(), Unsaid> {
+    fn work_offset(&mut self, word: &str) -> Result<(), Unpostable> {
         let text = match (offset_number(word), self.dialect) {
             (Some(number @ 1..=6), _) => format!("G{}", number + 53),
             (Some(number @ 7..=9), Dialect::LinuxCnc) => format!("G59.{}", number - 6),
             (Some(number), Dialect::Haas) if number <= 105 => format!("G154 P{}", number - 6),
             (Some(number), Dialect::Fanuc) if number <= 306 => format!("G54.1 P{}", number - 6),
-            _ => return Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G59")),
+            _ => return Err(Unpostable::new(format!("the work offset {word}"), "use G54 to G59")),
         };
         let settings = std::mem::take(&mut self.out.settings);
         self.frames.offset(word, &settings);
@@ -286,7 +288,7 @@ impl<W: Write> IsoPost<W> {
         self.out.block(&text)
     }
 
-    fn frame(&mut self, change: &FrameChange) -> Result<(), Unsaid> {
+    fn frame(&mut self, change: &FrameChange) -> Result<(), Unpostable> {
         let before = self.frames.above;
         self.frames.change(change);
         let above = self.frames.above;
@@ -301,26 +303,26 @@ impl<W: Write> IsoPost<W> {
             self.out.block("G69")?;
         }
         if tilted && self.dialect == Dialect::Fanuc && self.tcp_word.is_some() {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "a turned frame while tool center point control is on",
                 "switch it off before the frame, or post for an 840D",
             ));
         }
         if tilted && self.dialect == Dialect::Fanuc {
             self.unshift()?;
-            self.way = Way::AsProgrammed;
+            self.way = CoordinateFrame::AsProgrammed;
             self.tilted = true;
             return self.tilt();
         }
         if self.frames.above.linear != frame::Frame::IDENTITY.linear {
             self.unshift()?;
-            self.way = Way::Flat;
+            self.way = CoordinateFrame::Flat;
             if above.rotary != [0.0; 3] {
-                return Err(Unsaid::new("a shift of rotary axes in a turned frame", "use a work offset"));
+                return Err(Unpostable::new("a shift of rotary axes in a turned frame", "use a work offset"));
             }
             return Ok(());
         }
-        self.way = Way::AsProgrammed;
+        self.way = CoordinateFrame::AsProgrammed;
         let words = [0, 1, 2].map(|i| format!("{}{}", ['X', 'Y', 'Z'][i], self.out.length(above.translation[i])));
         let mut text = format!("G52 {}", words.join(" "));
         for (letter, value) in ['A', 'B', 'C'].into_iter().zip(above.rotary) {
@@ -333,12 +335,12 @@ impl<W: Write> IsoPost<W> {
     }
 
     /// Takes G52 out of effect.
-    fn unshift(&mut self) -> Result<(), Unsaid> {
+    fn unshift(&mut self) -> Result<(), Unpostable> {
         if std::mem::take(&mut self.shifted) { self.out.block("G52 X0. Y0. Z0.") } else { Ok(()) }
     }
 
     /// G68.2: origin, and Euler angles about Z, the new X, the newest Z.
-    fn tilt(&mut self) -> Result<(), Unsaid> {
+    fn tilt(&mut self) -> Result<(), Unpostable> {
         let m = self.frames.above.linear;
         // R = Rz(a) Rx(b) Rz(c): the third column is (sin a sin b, -cos a sin b, cos b), the third row (.., sin b cos c, cos b).
         let b = m[0][2].hypot(m[1][2]).atan2(m[2][2]);
@@ -351,7 +353,7 @@ impl<W: Write> IsoPost<W> {
     }
 
     /// The rotary axes turn the tool upright on the tilted plane.
-    fn swivel(&mut self, motion: &Motion) -> Result<(), Unsaid> {
+    fn swivel(&mut self, motion: &Motion) -> Result<(), Unpostable> {
         let upright = motion.tool_axis.is_some_and(|axis| axis[2] > frame::SAME_DIRECTION);
         if self.tilted && upright {
             self.swiveled = true;
@@ -365,13 +367,13 @@ impl<W: Write> IsoPost<W> {
         if self.tcp && self.dialect == Dialect::Fanuc {
             return self.straight("G0", motion);
         }
-        Err(Unsaid::new(
+        Err(Unpostable::new(
             "a motion that turns the tool with the linear axes at rest",
             "post it for fanuc, or write the positions of the rotary axes",
         ))
     }
 
-    fn tool_center(&mut self, on: bool) -> Result<(), Unsaid> {
+    fn tool_center(&mut self, on: bool) -> Result<(), Unpostable> {
         if on == self.tcp {
             return Ok(());
         }
@@ -393,7 +395,7 @@ impl<W: Write> IsoPost<W> {
     }
 
     /// The word of tool center point control, once it is known whether vectors or rotary axes follow.
-    pub(crate) fn tell_tool_center(&mut self, vectors: bool) -> Result<(), Unsaid> {
+    pub(crate) fn tell_tool_center(&mut self, vectors: bool) -> Result<(), Unpostable> {
         if !self.tcp || self.swiveled {
             return Ok(());
         }
@@ -402,13 +404,13 @@ impl<W: Write> IsoPost<W> {
             (Dialect::Fanuc, false) => "G43.4",
             (Dialect::Haas, false) => "G234",
             (Dialect::Haas, true) => {
-                return Err(Unsaid::new(
+                return Err(Unpostable::new(
                     "tool vectors: a Haas takes rotary axes only",
                     "post for fanuc or siemens-840d, or write the positions of the rotary axes",
                 ));
             }
             _ => {
-                return Err(Unsaid::new(
+                return Err(Unpostable::new(
                     "tool center point control: LinuxCNC has no word for it",
                     "post for fanuc, haas, siemens-840d or heidenhain",
                 ));
@@ -425,7 +427,7 @@ impl<W: Write> IsoPost<W> {
         self.out.block(&format!("{word} H{number}"))
     }
 
-    fn compensation(&mut self, comp: &CutterComp) -> Result<(), Unsaid> {
+    fn compensation(&mut self, comp: &CutterComp) -> Result<(), Unpostable> {
         let word = match comp.side {
             CompSide::Off => {
                 self.compensated = false;
@@ -451,9 +453,9 @@ impl<W: Write> IsoPost<W> {
     }
 
     /// The interpreter of a `LinuxCNC` refuses G41, G42, G43 and G49 while G41 or G42 is in force.
-    fn not_under_compensation(&self, what: &str) -> Result<(), Unsaid> {
+    fn not_under_compensation(&self, what: &str) -> Result<(), Unpostable> {
         if self.compensated && self.dialect == Dialect::LinuxCnc {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 format!("{what}: a LinuxCNC refuses it"),
                 "end the compensation before, or post for another control",
             ));
@@ -461,14 +463,14 @@ impl<W: Write> IsoPost<W> {
         Ok(())
     }
 
-    fn override_word(&mut self, change: Override) -> Result<(), Unsaid> {
+    fn override_word(&mut self, change: Override) -> Result<(), Unpostable> {
         if (change.feed - 1.0).abs() > SAME_FEED {
-            return Err(Unsaid::new("a programmed feed override", "write the feed itself"));
+            return Err(Unpostable::new("a programmed feed override", "write the feed itself"));
         }
         self.out.block(if change.enabled { "M48" } else { "M49" })
     }
 
-    fn path_mode(&mut self, mode: PathMode) -> Result<(), Unsaid> {
+    fn path_mode(&mut self, mode: PathMode) -> Result<(), Unpostable> {
         match mode {
             PathMode::ExactStop => self.out.block("G61"),
             PathMode::Continuous { tolerance: Some(tolerance), .. } if self.dialect == Dialect::LinuxCnc => {
@@ -485,7 +487,7 @@ impl<W: Write> IsoPost<W> {
         }
     }
 
-    fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {
+    fn coolant(&mut self, coolant: Coolant) -> Result<(), Unpostable> {
         let before = std::mem::replace(&mut self.coolant, coolant);
         super::tell_coolant(before, coolant, ["M9", "M8", "M7"], |words| self.out.block(words))
     }
@@ -498,7 +500,7 @@ impl<W: Write> Post for IsoPost<W> {
 
     fn finish(&mut self) -> Result<(), PostError> {
         let nowhere = super::nowhere();
-        let end = |post: &mut Self| -> Result<(), Unsaid> {
+        let end = |post: &mut Self| -> Result<(), Unpostable> {
             if post.dialect != Dialect::LinuxCnc && post.begun {
                 post.out.plain("%")?;
             }

@@ -3,9 +3,9 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::Unsaid;
+use super::Unpostable;
 use super::format::{along_axis, radius_word};
-use super::iso::{IsoPost, Way};
+use super::iso::{CoordinateFrame, IsoPost};
 use crate::settings::Dialect;
 use crate::{AXIS_LETTERS, ArcMotion, Feed, Motion, ProbeMotion, SplineMotion, ThreadMotion};
 
@@ -17,7 +17,7 @@ const LEVEL_MM: f64 = 1e-6;
 impl<W: Write> IsoPost<W> {
     /// The coordinate of an axis as it is written.
     fn value(&self, motion: &Motion, axis: usize) -> Option<f64> {
-        if motion.machine_coordinates || self.way == Way::AsProgrammed {
+        if motion.machine_coordinates || self.way == CoordinateFrame::AsProgrammed {
             return motion.end.get(axis);
         }
         let base = motion.end_base.get(axis)?;
@@ -31,19 +31,19 @@ impl<W: Write> IsoPost<W> {
     }
 
     fn vector_of(&self, motion: &Motion) -> Option<[f64; 3]> {
-        if self.way == Way::Flat { motion.tool_axis_base } else { motion.tool_axis }
+        if self.way == CoordinateFrame::Flat { motion.tool_axis_base } else { motion.tool_axis }
     }
 
     /// Axes that a motion must name.
     fn wanted(&self, motion: &Motion) -> u16 {
         // In a turned frame every base axis may move when one is programmed.
-        let turned = if self.way == Way::Flat && motion.programmed & 0b111 != 0 { 0b111 } else { 0 };
+        let turned = if self.way == CoordinateFrame::Flat && motion.programmed & 0b111 != 0 { 0b111 } else { 0 };
         let all = if motion.programmed == 0 && motion.tool_axis.is_none() { 0x1ff } else { 0 };
         motion.programmed | turned | all
     }
 
     /// Coordinates of a motion, `forced` axes also where they have not changed.
-    fn coordinates(&mut self, motion: &Motion, forced: u16, words: &mut Vec<String>) -> Result<(), Unsaid> {
+    fn coordinates(&mut self, motion: &Motion, forced: u16, words: &mut Vec<String>) -> Result<(), Unpostable> {
         super::must_be_known(motion, |axis| self.value(motion, axis))?;
         let wanted = self.wanted(motion) | forced;
         let first = words.len();
@@ -90,25 +90,25 @@ impl<W: Write> IsoPost<W> {
         }
     }
 
-    pub(crate) fn straight(&mut self, word: &'static str, motion: &Motion) -> Result<(), Unsaid> {
+    pub(crate) fn straight(&mut self, word: &'static str, motion: &Motion) -> Result<(), Unpostable> {
         let vector = self.vector_of(motion);
         let turned = vector.filter(|v| self.axis.is_none_or(|a| (0..3).any(|i| (a[i] - v[i]).abs() > SAME_AXIS)));
         if !motion.machine_coordinates {
             self.tell_tool_center(vector.is_some())?;
         }
         if vector.is_some() && !self.tcp {
-            return Err(Unsaid::new("a tool vector without tool center point control", "switch it on before"));
+            return Err(Unpostable::new("a tool vector without tool center point control", "switch it on before"));
         }
         let mut words = Vec::new();
         if motion.machine_coordinates {
             if word != "G0" && self.dialect != Dialect::LinuxCnc {
-                return Err(Unsaid::new("a feed motion in machine coordinates", "write it as a rapid motion"));
+                return Err(Unpostable::new("a feed motion in machine coordinates", "write it as a rapid motion"));
             }
             words.push("G53".to_owned());
         }
         if motion.exact_stop {
             if self.dialect == Dialect::LinuxCnc {
-                return Err(Unsaid::new("an exact stop of one block", "write G61 and G64 round it"));
+                return Err(Unpostable::new("an exact stop of one block", "write G61 and G64 round it"));
             }
             words.push("G9".to_owned());
         }
@@ -132,16 +132,16 @@ impl<W: Write> IsoPost<W> {
 
     /// Center, normal and radius in the coordinates that are written.
     fn circle(&self, arc: &ArcMotion) -> ([f64; 3], [f64; 3]) {
-        if self.way == Way::AsProgrammed {
+        if self.way == CoordinateFrame::AsProgrammed {
             return (arc.center, arc.normal);
         }
         (std::array::from_fn(|i| arc.center_base[i] - self.frames.settable.translation[i]), arc.normal_base)
     }
 
-    pub(crate) fn arc(&mut self, arc: &ArcMotion, turns: u32) -> Result<(), Unsaid> {
+    pub(crate) fn arc(&mut self, arc: &ArcMotion, turns: u32) -> Result<(), Unpostable> {
         let (center, normal) = self.circle(arc);
         let Some((axis, sense)) = along_axis(normal) else {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "a circle outside of the planes G17, G18, G19",
                 "post it for siemens-840d or apt, or write it as short straight blocks",
             ));
@@ -150,7 +150,7 @@ impl<W: Write> IsoPost<W> {
         if let (Some(v), Some(a)) = (vector, self.axis)
             && (0..3).any(|i| (a[i] - v[i]).abs() > SAME_AXIS)
         {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "an arc on which the tool axis turns",
                 "post it for siemens-840d, or write it as short straight blocks",
             ));
@@ -159,7 +159,10 @@ impl<W: Write> IsoPost<W> {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let plane_axes = 1u16 << u | 1 << v;
         let (Some(start_u), Some(start_v)) = (self.at[u], self.at[v]) else {
-            return Err(Unsaid::new("an arc whose start has not been written", "program X, Y and Z before the arc"));
+            return Err(Unpostable::new(
+                "an arc whose start has not been written",
+                "program X, Y and Z before the arc",
+            ));
         };
         let mut end = arc.motion.clone();
         for i in 0..3 {
@@ -202,7 +205,10 @@ impl<W: Write> IsoPost<W> {
         if split {
             // Controls without a word for turns get one block a turn, each with its part of the height.
             let (Some(from), Some(to)) = (self.at[axis], end.end.get(axis)) else {
-                return Err(Unsaid::new("a helix whose start has not been written", "program X, Y and Z before it"));
+                return Err(Unpostable::new(
+                    "a helix whose start has not been written",
+                    "program X, Y and Z before it",
+                ));
             };
             let (cu, cv) = (start_u, start_v);
             for turn in 1..=turns {
@@ -211,7 +217,7 @@ impl<W: Write> IsoPost<W> {
                 part.end.put(u, cu);
                 part.end.put(v, cv);
                 part.end.put(axis, from + (to - from) * f64::from(turn) * TAU / arc.sweep);
-                self.way = Way::AsProgrammed;
+                self.way = CoordinateFrame::AsProgrammed;
                 let result = self.arc_block(&part, word, &mut head, center, axis, plane_axes, None);
                 self.way = way;
                 result?;
@@ -222,10 +228,10 @@ impl<W: Write> IsoPost<W> {
         if let Some(radius) = radius {
             return self.radius_block(&arc.motion, word, &mut head, radius, plane_axes);
         }
-        self.way = Way::AsProgrammed;
+        self.way = CoordinateFrame::AsProgrammed;
         let mut last = end;
         last.programmed = self.wanted(&arc.motion);
-        if way == Way::Flat && arc.motion.programmed & 0b111 != 0 {
+        if way == CoordinateFrame::Flat && arc.motion.programmed & 0b111 != 0 {
             last.programmed |= 0b111;
         }
         let result = self.arc_block(&last, word, &mut head, center, axis, plane_axes, turn_word);
@@ -243,7 +249,7 @@ impl<W: Write> IsoPost<W> {
         axis: usize,
         plane_axes: u16,
         turns: Option<String>,
-    ) -> Result<(), Unsaid> {
+    ) -> Result<(), Unpostable> {
         // The center counts from the start as the control has it, with its rounding.
         let start = [0, 1, 2].map(|i| self.at[i].unwrap_or(0.0));
         let mut words = std::mem::take(head);
@@ -267,7 +273,7 @@ impl<W: Write> IsoPost<W> {
         head: &mut Vec<String>,
         radius: f64,
         plane_axes: u16,
-    ) -> Result<(), Unsaid> {
+    ) -> Result<(), Unpostable> {
         let mut words = std::mem::take(head);
         if self.word != Some(word) || !self.out.settings.modal {
             self.word = Some(word);
@@ -280,16 +286,19 @@ impl<W: Write> IsoPost<W> {
     }
 
     /// G5 of `LinuxCNC`: a cubic in the XY plane.
-    pub(crate) fn spline(&mut self, spline: &SplineMotion) -> Result<(), Unsaid> {
+    pub(crate) fn spline(&mut self, spline: &SplineMotion) -> Result<(), Unpostable> {
         let flat = |z: f64| self.at[2].is_some_and(|at| (z - at).abs() < LEVEL_MM);
         let end = spline.motion.end.xyz();
         let (Some(x), Some(y), Some(end), true) = (self.at[0], self.at[1], end, self.dialect == Dialect::LinuxCnc)
         else {
-            return Err(Unsaid::new("a Bezier curve", "post it for linuxcnc, or write it as short straight blocks"));
+            return Err(Unpostable::new(
+                "a Bezier curve",
+                "post it for linuxcnc, or write it as short straight blocks",
+            ));
         };
         let level = flat(end[2]) && spline.control.iter().all(|p| flat(p[2]));
-        if self.way != Way::AsProgrammed || self.plane != 2 || !level {
-            return Err(Unsaid::new("a Bezier curve outside of the XY plane", "write it as short straight blocks"));
+        if self.way != CoordinateFrame::AsProgrammed || self.plane != 2 || !level {
+            return Err(Unpostable::new("a Bezier curve outside of the XY plane", "write it as short straight blocks"));
         }
         let [a, b] = spline.control;
         let (i, j) = (self.out.center(a[0] - x), self.out.center(a[1] - y));
@@ -302,14 +311,14 @@ impl<W: Write> IsoPost<W> {
         self.out.block(&words.join(" "))
     }
 
-    pub(crate) fn probe(&mut self, probe: &ProbeMotion) -> Result<(), Unsaid> {
+    pub(crate) fn probe(&mut self, probe: &ProbeMotion) -> Result<(), Unpostable> {
         let word = match (self.dialect, probe.away, probe.must_switch) {
             (Dialect::LinuxCnc, false, true) => "G38.2",
             (Dialect::LinuxCnc, false, false) => "G38.3",
             (Dialect::LinuxCnc, true, true) => "G38.4",
             (Dialect::LinuxCnc, true, false) => "G38.5",
             (_, false, _) => "G31",
-            _ => return Err(Unsaid::new("probing away from the surface", "post it for linuxcnc")),
+            _ => return Err(Unpostable::new("probing away from the surface", "post it for linuxcnc")),
         };
         self.word = None;
         let mut words = vec![word.to_owned()];
@@ -321,15 +330,15 @@ impl<W: Write> IsoPost<W> {
     }
 
     /// G33. A tapping cycle turns the spindle round at the bottom, which G33 does not say.
-    pub(crate) fn thread(&mut self, thread: &ThreadMotion) -> Result<(), Unsaid> {
+    pub(crate) fn thread(&mut self, thread: &ThreadMotion) -> Result<(), Unpostable> {
         if thread.direction.is_some() {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "rigid tapping motion by motion",
                 "post it for siemens-840d, or write the tapping cycle (G84) by hand",
             ));
         }
         if self.dialect == Dialect::Haas {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "a motion coupled to the spindle: a Haas mill has no G33",
                 "post it for fanuc or linuxcnc, or write the tapping cycle (G84) by hand",
             ));

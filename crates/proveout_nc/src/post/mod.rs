@@ -80,8 +80,8 @@ fn tell_coolant(
     before: Coolant,
     now: Coolant,
     [off, flood, mist]: [&str; 3],
-    mut write: impl FnMut(&str) -> Result<(), Unsaid>,
-) -> Result<(), Unsaid> {
+    mut write: impl FnMut(&str) -> Result<(), Unpostable>,
+) -> Result<(), Unpostable> {
     let less = before.flood && !now.flood || before.mist && !now.mist;
     if less || !now.flood && !now.mist {
         write(off)?;
@@ -97,10 +97,10 @@ fn tell_coolant(
 
 /// Refuses a motion of which a programmed axis has no value as it would be written. Axes without a word stay where the machine has
 /// them on every control.
-fn must_be_known(motion: &Motion, value: impl Fn(usize) -> Option<f64>) -> Result<(), Unsaid> {
+fn must_be_known(motion: &Motion, value: impl Fn(usize) -> Option<f64>) -> Result<(), Unpostable> {
     let lost = (0..9).any(|axis| motion.programmed >> axis & 1 == 1 && value(axis).is_none());
     if lost {
-        return Err(Unsaid::new(
+        return Err(Unpostable::new(
             "a point in a turned frame of which not all coordinates are known",
             "program X, Y and Z in the first block after the frame",
         ));
@@ -109,7 +109,7 @@ fn must_be_known(motion: &Motion, value: impl Fn(usize) -> Option<f64>) -> Resul
 }
 
 /// What the feed counts in a block that turns rotary axes, which each language counts in its own way.
-fn feed_counts(counts: FeedCounts, target: Dialect) -> Result<(), Unsaid> {
+fn feed_counts(counts: FeedCounts, target: Dialect) -> Result<(), Unpostable> {
     let of_target = match target {
         Dialect::Fanuc | Dialect::Haas | Dialect::Iso | Dialect::Heidenhain => {
             FeedCounts { radius: [FeedCounts::DEGREE_IS_MM; 3], ..FeedCounts::LINEAR }
@@ -119,15 +119,15 @@ fn feed_counts(counts: FeedCounts, target: Dialect) -> Result<(), Unsaid> {
     if counts == of_target {
         return Ok(());
     }
-    Err(Unsaid::new(
+    Err(Unpostable::new(
         "a feed of linear and rotary axes together, which the target counts in another way,",
         "program these blocks by their time (G93), or under tool center point control",
     ))
 }
 
 /// A turn about a point ahead of the tip, which only the block that asks for it could say.
-fn turns_ahead() -> Unsaid {
-    Unsaid::new(
+fn turns_ahead() -> Unpostable {
+    Unpostable::new(
         "a turn of the tool about a point ahead of its tip (MOVE with DIST)",
         "retract, and write DIST0 or TURN",
     )
@@ -135,20 +135,20 @@ fn turns_ahead() -> Unsaid {
 
 /// The post of a control, which takes no motion in feed before a feed: CL data may have one.
 fn fed<'a>(post: impl Post + 'a) -> Box<dyn Post + 'a> {
-    Box::new(Fed { post, feed: false })
+    Box::new(PostFeeder { post, feed: false })
 }
 
-struct Fed<P> {
+struct PostFeeder<P> {
     post: P,
     feed: bool,
 }
 
-impl<P: Post> Post for Fed<P> {
+impl<P: Post> Post for PostFeeder<P> {
     fn write(&mut self, command: &Command) -> Result<(), PostError> {
         self.feed |= matches!(command.op, Op::Feed(_));
         if !self.feed && matches!(command.op, Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Probe(_)) {
             let what = "the motion has no feed, and a control wants one";
-            return Err(Unsaid::new(what, "give a feed before it, or a default feed").at(&command.location));
+            return Err(Unpostable::new(what, "give a feed before it, or a default feed").at(&command.location));
         }
         self.post.write(command)
     }
@@ -302,18 +302,18 @@ pub enum PostError {
 
 /// A command that cannot be said, before it knows its place.
 #[derive(Debug)]
-pub(crate) enum Unsaid {
+pub(crate) enum Unpostable {
     Io(io::Error),
     Unsupported(String, &'static str),
 }
 
-impl From<io::Error> for Unsaid {
+impl From<io::Error> for Unpostable {
     fn from(error: io::Error) -> Self {
         Self::Io(error)
     }
 }
 
-impl Unsaid {
+impl Unpostable {
     pub(crate) fn new(what: impl Into<String>, help: &'static str) -> Self {
         Self::Unsupported(what.into(), help)
     }

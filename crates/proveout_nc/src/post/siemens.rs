@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 use std::io::Write;
 
-use super::format::{Lines, full_turns, offset_number, radius_word};
-use super::{Post, PostError, PostSettings, Unsaid, decimal};
+use super::format::{PostLines, full_turns, offset_number, radius_word};
+use super::{Post, PostError, PostSettings, Unpostable, decimal};
 use crate::frame::{self, Frame};
 use crate::settings::Dialect;
 use crate::{
@@ -18,7 +18,7 @@ const STANDS: f64 = 1e-9;
 /// Writes canonical commands as a program for an 840D, one after the other.
 #[derive(Debug)]
 pub struct SiemensPost<W> {
-    pub(crate) out: Lines<W>,
+    pub(crate) out: PostLines<W>,
     begun: bool,
     interpolation: Option<&'static str>,
     plane: usize,
@@ -49,7 +49,7 @@ impl<W: Write> SiemensPost<W> {
     /// A post that writes to a sink.
     pub fn new(sink: W, settings: PostSettings) -> Self {
         Self {
-            out: Lines::new(sink, settings),
+            out: PostLines::new(sink, settings),
             begun: false,
             interpolation: None,
             plane: 2,
@@ -70,7 +70,7 @@ impl<W: Write> SiemensPost<W> {
         }
     }
 
-    fn begin(&mut self) -> Result<(), Unsaid> {
+    fn begin(&mut self) -> Result<(), Unpostable> {
         self.begun = true;
         if let Some(header) = self.out.settings.header.take() {
             return header.iter().try_for_each(|line| self.out.plain(line));
@@ -78,7 +78,7 @@ impl<W: Write> SiemensPost<W> {
         if self.out.settings.inches { self.line("G700") } else { Ok(()) }
     }
 
-    fn command(&mut self, op: &Op) -> Result<(), Unsaid> {
+    fn command(&mut self, op: &Op) -> Result<(), Unpostable> {
         if !self.begun {
             self.begin()?;
         }
@@ -111,7 +111,7 @@ impl<W: Write> SiemensPost<W> {
             Op::Rapid(motion) | Op::Linear(motion) => {
                 let word = if matches!(op, Op::Rapid(_)) { "G0" } else { "G1" };
                 if motion.tool_axis.is_some() && (!self.tcp.is_some_and(|tcp| tcp.on) || self.swiveled) {
-                    return Err(Unsaid::new(
+                    return Err(Unpostable::new(
                         "a tool vector without TRAORI",
                         "write swivel planes as frames and rotary axes",
                     ));
@@ -121,7 +121,7 @@ impl<W: Write> SiemensPost<W> {
             }
             Op::Arc(arc) => match self.arc_words(arc) {
                 Some(words) => self.line(&words),
-                None => Err(Unsaid::new("a full circle outside of G17, G18, G19", "split it into two arcs")),
+                None => Err(Unpostable::new("a full circle outside of G17, G18, G19", "split it into two arcs")),
             },
             Op::Thread(thread) => self.thread(thread),
             Op::Dwell(Dwell::Seconds(seconds)) => self.line(&format!("G4 F{}", decimal(*seconds, 3))),
@@ -163,7 +163,7 @@ impl<W: Write> SiemensPost<W> {
                 if [length, radius, corner_radius].iter().all(|v| **v == 0.0) {
                     return Ok(());
                 }
-                Err(Unsaid::new("delta values of the tool", "write them into the tool table"))
+                Err(Unpostable::new("delta values of the tool", "write them into the tool table"))
             }
             Op::Offset(Offset::TurnCenter { .. }) => Err(super::turns_ahead()),
             Op::Offset(Offset::Work { word }) => {
@@ -178,12 +178,12 @@ impl<W: Write> SiemensPost<W> {
             Op::Tcp(tcp) => self.tcp(*tcp),
             Op::CutterComp(comp) => self.compensation(comp),
             Op::Override(change) if !change.enabled => {
-                Err(Unsaid::new("a fixed override (M49)", "write the feed without override"))
+                Err(Unpostable::new("a fixed override (M49)", "write the feed without override"))
             }
             Op::Override(change) => self.line(&format!("OVR={}", decimal(change.feed * 100.0, 3))),
-            Op::Spline(_) => Err(Unsaid::new("a Bezier curve", "write it as short straight blocks")),
-            Op::Probe(_) => Err(Unsaid::new("a probing motion", "write the measuring cycle by hand")),
-            Op::Retract(_) => Err(Unsaid::new("a retraction along the tool axis", "write the retracted position")),
+            Op::Spline(_) => Err(Unpostable::new("a Bezier curve", "write it as short straight blocks")),
+            Op::Probe(_) => Err(Unpostable::new("a probing motion", "write the measuring cycle by hand")),
+            Op::Retract(_) => Err(Unpostable::new("a retraction along the tool axis", "write the retracted position")),
             Op::PathMode(PathMode::ExactStop) => self.line("G60"),
             Op::PathMode(PathMode::Continuous { tolerance, orientation_tolerance }) => {
                 // A negative tolerance is the word for "as set up on the machine".
@@ -207,7 +207,7 @@ impl<W: Write> SiemensPost<W> {
         self.out.sink
     }
 
-    pub(crate) fn line(&mut self, words: &str) -> Result<(), Unsaid> {
+    pub(crate) fn line(&mut self, words: &str) -> Result<(), Unpostable> {
         self.out.block(words)
     }
 
@@ -299,18 +299,18 @@ impl<W: Write> SiemensPost<W> {
         Some(words)
     }
 
-    fn feed(&mut self, feed: Feed) -> Result<(), Unsaid> {
+    fn feed(&mut self, feed: Feed) -> Result<(), Unpostable> {
         self.feed = Some(feed);
         let words = self.out.feed_words(feed, &mut self.feed_mode);
         self.line(&words)
     }
 
-    fn coolant(&mut self, coolant: Coolant) -> Result<(), Unsaid> {
+    fn coolant(&mut self, coolant: Coolant) -> Result<(), Unpostable> {
         let before = std::mem::replace(&mut self.coolant, coolant);
         super::tell_coolant(before, coolant, ["M9", "M8", "M7"], |words| self.line(words))
     }
 
-    fn tcp(&mut self, tcp: Tcp) -> Result<(), Unsaid> {
+    fn tcp(&mut self, tcp: Tcp) -> Result<(), Unpostable> {
         let mut before = self.tcp.replace(tcp);
         if self.swiveled {
             // CYCLE800 has it on, and its end switches it off.
@@ -333,7 +333,7 @@ impl<W: Write> SiemensPost<W> {
     }
 
     /// G41, G42 with the number of the cutting edge where the commands name one.
-    fn compensation(&mut self, comp: &CutterComp) -> Result<(), Unsaid> {
+    fn compensation(&mut self, comp: &CutterComp) -> Result<(), Unpostable> {
         let word = match comp.side {
             CompSide::Off => return self.line("G40"),
             CompSide::Left => "G41",
@@ -344,7 +344,7 @@ impl<W: Write> SiemensPost<W> {
     }
 
     /// G33 while the spindle runs, G331 in and G332 out for rigid tapping.
-    fn thread(&mut self, thread: &ThreadMotion) -> Result<(), Unsaid> {
+    fn thread(&mut self, thread: &ThreadMotion) -> Result<(), Unpostable> {
         let axes: Vec<usize> = (0..3).filter(|axis| thread.motion.programmed >> axis & 1 == 1).collect();
         let start: Vec<Option<f64>> =
             axes.iter().map(|&a| self.written[a].as_ref().and_then(|t| t.parse().ok())).collect();
@@ -354,7 +354,7 @@ impl<W: Write> SiemensPost<W> {
         };
         let moving: Vec<usize> = (0..axes.len()).filter(|&at| moves(at)).map(|at| axes[at]).collect();
         let [axis] = moving.as_slice() else {
-            return Err(Unsaid::new("a thread that is not along one axis", "turn the frame so that it is"));
+            return Err(Unpostable::new("a thread that is not along one axis", "turn the frame so that it is"));
         };
         let letter = ['I', 'J', 'K'][*axis];
         let pitch = self.out.center(thread.pitch);
@@ -381,7 +381,7 @@ impl<W: Write> Post for SiemensPost<W> {
     }
 
     fn finish(&mut self) -> Result<(), PostError> {
-        let end = |post: &mut Self| -> Result<(), Unsaid> {
+        let end = |post: &mut Self| -> Result<(), Unpostable> {
             post.write_frame()?;
             post.out.footer()
         };
@@ -403,12 +403,12 @@ fn tool_word(tool: &ToolName) -> String {
 }
 
 /// The word of a work offset on an 840D.
-fn offset_word(word: &str) -> Result<String, Unsaid> {
+fn offset_word(word: &str) -> Result<String, Unpostable> {
     match offset_number(word) {
         _ if word == "G500" => Ok(word.to_owned()),
         Some(number @ 1..=4) => Ok(format!("G{}", number + 53)),
         Some(number @ 5..=99) => Ok(format!("G{}", number + 500)),
-        _ => Err(Unsaid::new(format!("the work offset {word}"), "use G54 to G57 or G505 to G599")),
+        _ => Err(Unpostable::new(format!("the work offset {word}"), "use G54 to G57 or G505 to G599")),
     }
 }
 

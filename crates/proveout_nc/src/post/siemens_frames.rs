@@ -4,7 +4,7 @@ use std::io::Write;
 
 use super::format::LEAST_COSINE;
 use super::siemens::SiemensPost;
-use super::{Unsaid, decimal};
+use super::{Unpostable, decimal};
 use crate::frame::{self, Frame};
 use crate::{FrameChange, RotarySolution};
 
@@ -13,7 +13,7 @@ const SAME: f64 = 1e-9;
 
 impl<W: Write> SiemensPost<W> {
     /// TRANS, AROT, AMIRROR, ASCALE that make the transform above the work offset; none for a sheared one.
-    pub(crate) fn frame_lines(&mut self, change: &FrameChange) -> Result<Vec<String>, Unsaid> {
+    pub(crate) fn frame_lines(&mut self, change: &FrameChange) -> Result<Vec<String>, Unpostable> {
         let total = Frame { linear: change.rotation, translation: change.translation, rotary: change.rotary };
         let mut lines = Vec::new();
         // A work offset only shifts and a swivel plane only turns and shifts, so what lies above them follows by
@@ -30,7 +30,7 @@ impl<W: Write> SiemensPost<W> {
             return Ok(lines);
         }
         let Some((angles, mirrored, factors)) = decompose(&above) else {
-            return Err(Unsaid::new("a frame with shear", "use rotations, mirrors and scales"));
+            return Err(Unpostable::new("a frame with shear", "use rotations, mirrors and scales"));
         };
         self.programmable = above;
         let a = self.out.settings.angle_decimals;
@@ -62,7 +62,7 @@ impl<W: Write> SiemensPost<W> {
     }
 
     /// Writes the frame that waits.
-    pub(crate) fn write_frame(&mut self) -> Result<(), Unsaid> {
+    pub(crate) fn write_frame(&mut self) -> Result<(), Unpostable> {
         let Some(change) = self.waiting.take() else { return Ok(()) };
         if std::mem::take(&mut self.plane_ends) {
             self.end_swivel()?;
@@ -72,14 +72,14 @@ impl<W: Write> SiemensPost<W> {
     }
 
     /// A swivel plane axis by axis about X, Y, Z, with the tool turned upright on it.
-    pub(crate) fn cycle800(&mut self, change: &FrameChange, solution: RotarySolution) -> Result<(), Unsaid> {
+    pub(crate) fn cycle800(&mut self, change: &FrameChange, solution: RotarySolution) -> Result<(), Unpostable> {
         let total = Frame { linear: change.rotation, translation: change.translation, rotary: change.rotary };
         let shift = frame::sub(total.translation, self.settable.translation);
         let m = &total.linear;
         let square =
             total.determinant() > 0.0 && total.uniform_scale().is_some_and(|s| (s - 1.0).abs() < frame::UNIT_SCALE);
         if !square {
-            return Err(Unsaid::new(
+            return Err(Unpostable::new(
                 "a swivel plane with a mirror or a scale",
                 "mirror or scale the path in the CAM system",
             ));
@@ -108,7 +108,7 @@ impl<W: Write> SiemensPost<W> {
     }
 
     /// The swivel plane ends, and tool center point control with it.
-    pub(crate) fn end_swivel(&mut self) -> Result<(), Unsaid> {
+    pub(crate) fn end_swivel(&mut self) -> Result<(), Unpostable> {
         self.swiveled = false;
         self.swivel = Frame::IDENTITY;
         self.programmable = Frame::IDENTITY;

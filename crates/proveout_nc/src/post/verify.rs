@@ -43,7 +43,7 @@ pub struct Difference {
 
 /// The state in force at a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct State {
+struct StateAtMotion {
     feed: Option<Feed>,
     tool: Option<ToolName>,
     spindle: Option<(SpindleDirection, Option<f64>)>,
@@ -52,25 +52,25 @@ struct State {
 
 /// A motion, a dwell or a stop, with the state in force there.
 #[derive(Clone, Debug)]
-struct Step {
+struct VerifyStep {
     op: Op,
-    state: State,
+    state: StateAtMotion,
     location: Location,
 }
 
 /// The steps of commands.
 struct Steps<I> {
     commands: I,
-    state: State,
-    waiting: Option<Step>,
+    state: StateAtMotion,
+    waiting: Option<VerifyStep>,
 }
 
 impl<I: Iterator<Item = Result<Command, Diagnostic>>> Steps<I> {
     fn new(commands: I) -> Self {
-        Self { commands, state: State::default(), waiting: None }
+        Self { commands, state: StateAtMotion::default(), waiting: None }
     }
 
-    fn next(&mut self) -> Result<Option<Step>, Diagnostic> {
+    fn next(&mut self) -> Result<Option<VerifyStep>, Diagnostic> {
         if let Some(step) = self.waiting.take() {
             return Ok(Some(step));
         }
@@ -91,7 +91,7 @@ impl<I: Iterator<Item = Result<Command, Diagnostic>>> Steps<I> {
                 | Op::Thread(_)
                 | Op::Retract(_)
                 | Op::Dwell(_)
-                | Op::Stop { .. } => return Ok(Some(Step { op, state: self.state.clone(), location })),
+                | Op::Stop { .. } => return Ok(Some(VerifyStep { op, state: self.state.clone(), location })),
                 _ => {}
             }
         }
@@ -101,7 +101,7 @@ impl<I: Iterator<Item = Result<Command, Diagnostic>>> Steps<I> {
 
 /// How near the two must be.
 #[derive(Clone, Copy, Debug)]
-struct Limits {
+struct VerifyLimits {
     length_mm: f64,
     angle: f64,
     feed: f64,
@@ -119,7 +119,7 @@ pub fn verify(
     let unit = if settings.inches { 25.4 } else { 1.0 };
     let decimal = |decimals: usize| 10f64.powi(-i32::try_from(decimals).unwrap_or(9));
     // Half of the last decimal; rounding adds up in sums of two.
-    let limits = Limits {
+    let limits = VerifyLimits {
         length_mm: 1.2 * unit * decimal(settings.length_decimals),
         angle: (0.7 * decimal(settings.angle_decimals)).to_radians(),
         feed: unit * decimal(settings.feed_decimals) / 60.0,
@@ -162,7 +162,7 @@ pub fn verify(
             // A helix of several turns comes as one block a turn where the control has no word for turns.
             while want.sweep > TAU && arc.sweep < want.sweep - 0.1 {
                 match b.next().map_err(|e| fault(e, Some(step.location.clone())))? {
-                    Some(Step { op: Op::Arc(next), .. }) => {
+                    Some(VerifyStep { op: Op::Arc(next), .. }) => {
                         arc.sweep += next.sweep;
                         arc.motion = next.motion;
                     }
@@ -194,7 +194,7 @@ fn named(op: &Op) -> &'static str {
     }
 }
 
-fn differs(a: &Step, b: &Step, limits: Limits) -> Option<String> {
+fn differs(a: &VerifyStep, b: &VerifyStep, limits: VerifyLimits) -> Option<String> {
     let path = match (&a.op, &b.op) {
         (Op::Rapid(x), Op::Rapid(y)) | (Op::Linear(x), Op::Linear(y)) => motion(x, y, limits),
         (Op::Arc(x), Op::Arc(y)) => motion(&x.motion, &y.motion, limits).or_else(|| arc(x, y, limits)),
@@ -221,7 +221,7 @@ fn differs(a: &Step, b: &Step, limits: Limits) -> Option<String> {
     path.or_else(|| state(a, b, limits))
 }
 
-fn is_flat(arc: &ArcMotion, limits: Limits) -> bool {
+fn is_flat(arc: &ArcMotion, limits: VerifyLimits) -> bool {
     let half = 0.5 * arc.sweep;
     arc.radius * (1.0 - half.cos()) < FLAT_MM || arc.radius * arc.sweep < 2.0 * limits.length_mm
 }
@@ -238,7 +238,7 @@ fn point(values: &AxisValues) -> String {
     values.iter().map(word).collect::<Vec<_>>().join(" ")
 }
 
-fn motion(a: &Motion, b: &Motion, limits: Limits) -> Option<String> {
+fn motion(a: &Motion, b: &Motion, limits: VerifyLimits) -> Option<String> {
     if a.machine_coordinates != b.machine_coordinates {
         return Some("machine coordinates come back as those of the workpiece, or the other way round".to_owned());
     }
@@ -268,7 +268,7 @@ fn motion(a: &Motion, b: &Motion, limits: Limits) -> Option<String> {
     turned.then(|| "the tool axis comes back in another direction".to_owned())
 }
 
-fn arc(a: &ArcMotion, b: &ArcMotion, limits: Limits) -> Option<String> {
+fn arc(a: &ArcMotion, b: &ArcMotion, limits: VerifyLimits) -> Option<String> {
     let about = (0..3).all(|i| near(a.normal_base[i], b.normal_base[i], NORMAL));
     // Rounding of both ends moves the center of a short arc by the inverse of its half chord; said by its radius, the
     // center of an arc near a half turn by the inverse of its height over the chord.
@@ -288,7 +288,7 @@ fn arc(a: &ArcMotion, b: &ArcMotion, limits: Limits) -> Option<String> {
     ))
 }
 
-fn state(a: &Step, b: &Step, limits: Limits) -> Option<String> {
+fn state(a: &VerifyStep, b: &VerifyStep, limits: VerifyLimits) -> Option<String> {
     let cuts = matches!(a.op, Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Thread(_));
     let (x, y) = (&a.state, &b.state);
     if matches!(a.op, Op::Linear(_) | Op::Arc(_) | Op::Spline(_)) {
@@ -307,7 +307,7 @@ fn state(a: &Step, b: &Step, limits: Limits) -> Option<String> {
     {
         return Some(format!("the tool {} comes back as {}", tool(want), tool(found)));
     }
-    let turning = |state: &State| state.spindle.filter(|(direction, _)| *direction != SpindleDirection::Off);
+    let turning = |state: &StateAtMotion| state.spindle.filter(|(direction, _)| *direction != SpindleDirection::Off);
     match (turning(x), turning(y)) {
         (Some((direction, speed)), Some((other, found))) if cuts => {
             let same = speed.zip(found).is_none_or(|(a, b)| near(a, b, SPEED * a + 0.5));
@@ -319,7 +319,7 @@ fn state(a: &Step, b: &Step, limits: Limits) -> Option<String> {
         (None, Some(_)) if cuts => return Some("the spindle at rest comes back turning".to_owned()),
         _ => {}
     }
-    let side = |state: &State| state.side.unwrap_or(CompSide::Off);
+    let side = |state: &StateAtMotion| state.side.unwrap_or(CompSide::Off);
     (side(x) != side(y)).then(|| "cutter compensation comes back on another side".to_owned())
 }
 

@@ -2,7 +2,7 @@
 
 use proveout_geom::Vector;
 
-use super::{PathError, error::UNIT, place::Place};
+use super::{PathError, error::UNIT, place::PathPoint};
 
 /// A travel that leaves the direction of the table by less than 30 degrees (the arc sine of this)
 /// does not define a side of it: a line along the table that bends from one side to the other must
@@ -26,11 +26,11 @@ const SAME_AXIS: f64 = 1e-12;
 /// ```
 /// use proveout_geom::Vector;
 /// use proveout_geom::blade::{ClosedSurface, Sine};
-/// use proveout_toolpath::path::{AxisRule, ParameterCurve, Place};
+/// use proveout_toolpath::path::{AxisRule, ParameterCurve, PathPoint};
 ///
 /// let face = ClosedSurface::new(Sine::gentle());
 /// let crest = ParameterCurve::straight([0.0, 20.0], [30.0, 20.0]).expect("two points");
-/// let place = Place::on(&face, &crest, 0.5); // normal +z, feed +x
+/// let place = PathPoint::on(&face, &crest, 0.5); // normal +z, feed +x
 /// let rule = AxisRule::LeadTilt { lead: 0.2, tilt: 0.0 }; // radian
 /// let axis = rule.axis(&place, 0.5).expect("it has a direction everywhere");
 /// assert!((axis - Vector::new(0.2_f64.sin(), 0.0, 0.2_f64.cos())).norm() < 1e-9);
@@ -122,8 +122,8 @@ impl AxisRule {
 
     /// The axis at a place; `part` is the part of the line's length up to it. None where the rule has no direction (a normal along the
     /// table's axis), and of [`Self::Ruling`], which needs more than a place.
-    pub fn axis(&self, place: &Place, part: f64) -> Option<Vector> {
-        let Place { normal: n, feed: f, across: k, .. } = place;
+    pub fn axis(&self, place: &PathPoint, part: f64) -> Option<Vector> {
+        let PathPoint { normal: n, feed: f, across: k, .. } = place;
         match self {
             Self::Normal => Some(*n),
             Self::LeadTilt { lead, tilt } => Some((n * lead.cos() + f * lead.sin()) * tilt.cos() + k * tilt.sin()),

@@ -3,7 +3,7 @@
 //! allow there, so that every ridge is as high as it may be.
 
 use super::{
-    Line, ParameterCurve, PathError, Place, Strategy, Task,
+    Line, ParameterCurve, PathError, PathPoint, Strategy, Task,
     curve::{Spline, fitted},
     error::LEAST_SCALLOP_MM,
     families::{check_along, within},
@@ -53,7 +53,7 @@ impl ConstantScallop {
                 if let Some(period) = period {
                     found[0] += period * ((place.uv[0] - found[0]) / period).round();
                 }
-                let there = Place { point: surface.local(found[0], found[1]).point, ..place };
+                let there = PathPoint { point: surface.local(found[0], found[1]).point, ..place };
                 let gone = beside(&place, &there);
                 if gone <= 0.0 {
                     break;

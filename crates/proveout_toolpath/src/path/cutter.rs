@@ -20,7 +20,7 @@
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::{Profile, Segment};
 
-use super::place::{Form, Place};
+use super::place::{Form, PathPoint};
 
 /// Sine of the angle between axis and normal below which the half plane is not defined: the one before is kept.
 const NO_HALF_PLANE: f64 = 1e-9;
@@ -42,7 +42,7 @@ pub struct PathCutter {
 
 /// Where a cutter touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Touch {
+pub struct CutterTouch {
     /// Tip and axis.
     pub pose: ToolPose,
     /// Unit vector across the axis, from it towards the contact.
@@ -108,7 +108,7 @@ impl PathCutter {
     /// The cutter with an axis (unit vector from the tip to the holder) at a place, with so much
     /// material (mm) left. `before` is the radial direction of the previous contact, kept where the
     /// axis is along the normal.
-    pub fn touch(&self, place: &Place, axis: &Vector, allowance: f64, before: Option<Vector>) -> Touch {
+    pub fn touch(&self, place: &PathPoint, axis: &Vector, allowance: f64, before: Option<Vector>) -> CutterTouch {
         let n = &place.normal;
         let upright = n.dot(axis);
         let across_axis = n - axis * upright;
@@ -132,7 +132,7 @@ impl PathCutter {
             (round - meridian) * f * k,
             round * k * k + meridian * (1.0 - k * k),
         ];
-        Touch { pose, radial, on_profile, form }
+        CutterTouch { pose, radial, on_profile, form }
     }
 
     /// Signed distance of the cutter in a pose from the plane through `point` with the unit normal n, mm: negative where the cutter

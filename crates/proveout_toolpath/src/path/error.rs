@@ -3,7 +3,7 @@ use thiserror::Error;
 
 /// Where on a blade, for messages: the section by its v, the point by its u, both as part of the domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct At {
+pub struct BladeLocation {
     /// Part of the way along the blade, 0 to 1.
     pub section: f64,
     /// Part of the way round the section, 0 to 1.
@@ -12,7 +12,7 @@ pub struct At {
     pub point: [f64; 3],
 }
 
-impl std::fmt::Display for At {
+impl std::fmt::Display for BladeLocation {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [x, y, z] = self.point;
         write!(f, "section {:.4}, point {:.4} of its round (X{x:.3} Y{y:.3} Z{z:.3})", self.section, self.round)
@@ -39,7 +39,7 @@ pub enum PathError {
     )]
     CutterTooLarge {
         /// The place.
-        at: At,
+        at: BladeLocation,
         /// Normal curvature of the cutter in the direction in which both are nearest to each other, 1/mm.
         cutter_1_mm: f64,
         /// Hollowness of the surface in that direction, 1/mm.
@@ -51,7 +51,7 @@ pub enum PathError {
     )]
     AxisBelowSurface {
         /// The place.
-        at: At,
+        at: BladeLocation,
         /// Angle between axis and normal, degree.
         angle_deg: f64,
     },
@@ -59,13 +59,13 @@ pub enum PathError {
     #[error("the rule of the tool axis has no direction at {at}: the normal is parallel to the table's axis")]
     NoAxis {
         /// The place.
-        at: At,
+        at: BladeLocation,
     },
     /// The machine cannot take the pose.
     #[error("the machine cannot take the tool axis at {at}: {fault}")]
     Unreachable {
         /// The place.
-        at: At,
+        at: BladeLocation,
         /// What the machine says.
         fault: KinematicsError,
     },
@@ -73,7 +73,7 @@ pub enum PathError {
     #[error("the step of {step_mm:.4} mm at {at} is longer than the radius of the path, {radius_mm:.4} mm")]
     StepLongerThanRadius {
         /// The place.
-        at: At,
+        at: BladeLocation,
         /// Step, mm.
         step_mm: f64,
         /// Radius of curvature of the path, mm.
@@ -86,7 +86,7 @@ pub enum PathError {
     )]
     Flank {
         /// The place.
-        at: At,
+        at: BladeLocation,
         /// Deepest cut, mm.
         gouge_mm: f64,
         /// Most that is left, mm.
@@ -100,7 +100,7 @@ pub enum PathError {
     #[error("no side step leaves a scallop of {scallop_mm} mm at {at}: {reason}")]
     NoSideStep {
         /// The place.
-        at: At,
+        at: BladeLocation,
         /// Height, mm.
         scallop_mm: f64,
         /// Why.

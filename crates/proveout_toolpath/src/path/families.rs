@@ -2,7 +2,7 @@
 
 use super::{
     Label, Line, ParameterCurve, PathError, SECTIONS, Sections, Spacing, Strategy, Task,
-    strategy::{Family, to_and_fro},
+    strategy::{LineFamily, to_and_fro},
 };
 
 /// Least way along or across the lines, part of the domain.
@@ -71,7 +71,7 @@ struct Along<'a> {
     unit: &'static str,
 }
 
-impl Family for Along<'_> {
+impl LineFamily for Along<'_> {
     fn line(&self, value: f64) -> Result<Line, PathError> {
         let name = format!("{} {:.4}{}", self.what, value * self.shown, self.unit);
         Ok(Line::new(name, self.sections.line(value * self.factor)?))
@@ -120,7 +120,7 @@ pub(crate) struct Round {
     pub(crate) v: [f64; 2],
 }
 
-impl Family for Round {
+impl LineFamily for Round {
     fn line(&self, part: f64) -> Result<Line, PathError> {
         let v = within(self.v, part);
         let curve = ParameterCurve::straight([self.u[0], v], [self.u[1], v]);

@@ -25,7 +25,7 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::Segment;
 
 use super::{
-    AxisRule, Line, ParameterCurve, PathCutter, PathError, Place, Strategy, Task, Touch,
+    AxisRule, CutterTouch, Line, ParameterCurve, PathCutter, PathError, PathPoint, Strategy, Task,
     families::{LEAST_WAY, within},
     place::named,
 };
@@ -159,9 +159,9 @@ impl Ruling {
         surface: &dyn ParametricSurface,
         cutter: &PathCutter,
         points: [f64; 2],
-        place: &Place,
+        place: &PathPoint,
         allowance: f64,
-    ) -> Result<Touch, PathError> {
+    ) -> Result<CutterTouch, PathError> {
         let at = || place.named(&surface.domain());
         let no = |what: String| PathError::NoLine { what: format!("{what} at {}", at()), section: at().section };
         let side = StraightSide::of(cutter).ok_or_else(|| no("the cutter has no straight side to cut with".into()))?;
@@ -201,7 +201,7 @@ impl Ruling {
         let about = axis.cross(&radial);
         let round = cosine / side.radius(middle);
         let (f, k) = (place.feed.dot(&about), place.across.dot(&about));
-        Ok(Touch {
+        Ok(CutterTouch {
             pose: ToolPose { tip, axis },
             radial,
             on_profile: [side.radius(middle), middle],

@@ -52,14 +52,14 @@ const SAME_POINT_MM: f64 = 1e-7;
 /// Shortest step from plane to plane, mm: with shorter ones the lines come to no end.
 const LEAST_STEP_MM: f64 = 1e-9;
 
-struct Cut<'a> {
+struct PlaneCut<'a> {
     surface: &'a dyn ParametricSurface,
     normal: Vector,
     distance: f64,
     domain: Domain,
 }
 
-impl Cut<'_> {
+impl PlaneCut<'_> {
     fn height(&self, [u, v]: [f64; 2]) -> f64 {
         self.surface.local(u, v).point.coords.dot(&self.normal) - self.distance
     }
@@ -228,7 +228,7 @@ impl IsoPlanar {
         let part = |range: [f64; 2], parts: [f64; 2]| [within(range, parts[0]), within(range, parts[1])];
         let whole = domain.u_closed && self.round == [0.0, 1.0];
         let domain = Domain { u: part(domain.u, self.round), v: part(domain.v, self.along), u_closed: whole };
-        let cut = Cut { surface: task.surface, normal: self.normal, distance, domain };
+        let cut = PlaneCut { surface: task.surface, normal: self.normal, distance, domain };
         let mut lines = Vec::new();
         for points in cut.curves()? {
             let mut t = vec![0.0];

@@ -11,7 +11,7 @@
 use proveout_geom::{Pose, ToolPose};
 use proveout_machine::{JointValues, Machine};
 
-use super::{At, LineContacts, PathContact, PathError};
+use super::{BladeLocation, LineContacts, PathContact, PathError};
 use proveout_geom::blade::Domain;
 
 /// Where a path runs.
@@ -37,7 +37,7 @@ pub struct Extreme {
     /// Its line.
     pub line: String,
     /// Its place.
-    pub at: At,
+    pub at: BladeLocation,
 }
 
 /// What a joint or a leg does.

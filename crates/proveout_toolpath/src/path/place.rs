@@ -12,7 +12,7 @@
 use proveout_geom::blade::{Domain, Local, ParametricSurface};
 use proveout_geom::{Point, Vector};
 
-use super::{At, ParameterCurve};
+use super::{BladeLocation, ParameterCurve};
 
 /// The symmetric form [along feed, feed with across, across] of normal curvatures at a contact, 1/mm.
 pub type Form = [f64; 3];
@@ -22,12 +22,12 @@ pub type Form = [f64; 3];
 /// ```
 /// use proveout_geom::Vector;
 /// use proveout_geom::blade::{ClosedSurface, Sine};
-/// use proveout_toolpath::path::{ParameterCurve, Place};
+/// use proveout_toolpath::path::{ParameterCurve, PathPoint};
 ///
 /// // Waves along y, 12 mm high and 40 mm long, straight along x; the line runs on a crest.
 /// let face = ClosedSurface::new(Sine::gentle());
 /// let crest = ParameterCurve::straight([0.0, 20.0], [30.0, 20.0]).expect("two points");
-/// let place = Place::on(&face, &crest, 0.5);
+/// let place = PathPoint::on(&face, &crest, 0.5);
 /// assert!((place.point.coords - Vector::new(15.0, 20.0, 12.0)).norm() < 1e-9); // mm
 /// assert!((place.feed - Vector::x()).norm() < 1e-9);
 /// // z = 6 (1 - cos k y) has the curvature 6 k^2 across the crest.
@@ -35,7 +35,7 @@ pub type Form = [f64; 3];
 /// assert!((place.form[2] - 6.0 * k * k).abs() < 1e-9); // 1/mm
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PathPoint {
     /// Parameter of the curve.
     pub t: f64,
     /// Parameters of the surface.
@@ -56,7 +56,7 @@ pub struct Place {
     pub form: Form,
 }
 
-impl Place {
+impl PathPoint {
     /// The place at t of a curve. Where the curve has no direction (c' = 0) the direction is that
     /// of u.
     pub fn on(surface: &dyn ParametricSurface, curve: &ParameterCurve, t: f64) -> Self {
@@ -96,16 +96,16 @@ impl Place {
     }
 
     /// Where it is, for messages.
-    pub fn named(&self, domain: &Domain) -> At {
+    pub fn named(&self, domain: &Domain) -> BladeLocation {
         named(domain, self.uv, &self.point)
     }
 }
 
 /// Where a point is, for messages.
-pub(crate) fn named(domain: &Domain, uv: [f64; 2], point: &Point) -> At {
+pub(crate) fn named(domain: &Domain, uv: [f64; 2], point: &Point) -> BladeLocation {
     let part = |x: f64, [low, high]: [f64; 2]| (x - low) / (high - low);
     let round = part(uv[0], domain.u);
-    At {
+    BladeLocation {
         section: part(uv[1], domain.v),
         round: if domain.u_closed { round.rem_euclid(1.0) } else { round },
         point: point.coords.into(),

@@ -12,7 +12,7 @@
 //! ```
 
 use super::{
-    Line, ParameterCurve, PathError, Place, Spacing, Strategy, Task,
+    Line, ParameterCurve, PathError, PathPoint, Spacing, Strategy, Task,
     error::LEAST_SCALLOP_MM,
     families::{check_along, within},
     strategy::{LEAST_USED, beside},
@@ -79,7 +79,7 @@ impl Pocket {
                 let mut most = 0.0_f64;
                 for (places, other) in looks.iter().zip(&others) {
                     for (k, (place, allowed)) in places.iter().enumerate() {
-                        let there = Place::on(task.surface, &other.curve, k as f64 / (places.len() - 1) as f64);
+                        let there = PathPoint::on(task.surface, &other.curve, k as f64 / (places.len() - 1) as f64);
                         most = most.max(beside(place, &there) / allowed);
                     }
                 }

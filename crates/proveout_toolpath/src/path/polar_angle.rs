@@ -41,7 +41,7 @@ impl PolarPoint {
 
 /// Half of the contour between the edges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
+pub enum ContourSide {
     /// From the trailing edge over the convex side to the leading edge: theta from 0 to pi.
     Suction,
     /// From the leading edge over the concave side to the trailing edge: theta from pi to 2 pi.
@@ -49,7 +49,7 @@ pub enum Side {
 }
 
 /// The pre-image of (x, y), branch points at (-2a, 0) and (2a, 0).
-pub fn polar_point(x: f64, y: f64, a: f64, side: Side) -> PolarPoint {
+pub fn polar_point(x: f64, y: f64, a: f64, side: ContourSide) -> PolarPoint {
     let (p, q) = (x / (2.0 * a), y / (2.0 * a));
     // (1 - p)(1 + p) keeps its digits near the edges.
     let h = (1.0 - p) * (1.0 + p) - q * q;
@@ -61,11 +61,11 @@ pub fn polar_point(x: f64, y: f64, a: f64, side: Side) -> PolarPoint {
         let sinh2 = 0.5 * (r - h);
         (q * q / sinh2, sinh2)
     };
-    let sign = if side == Side::Suction { 1.0 } else { -1.0 };
+    let sign = if side == ContourSide::Suction { 1.0 } else { -1.0 };
     let sine = sign * sine2.sqrt();
     let cosine = p / (1.0 + sinh2).sqrt();
     let mut theta = sine.atan2(cosine);
-    if side == Side::Pressure && theta <= 0.0 {
+    if side == ContourSide::Pressure && theta <= 0.0 {
         theta += TAU;
     }
     // q = sinh psi sin theta gives the sign of psi.
@@ -84,7 +84,7 @@ mod tests {
         let (mut rows, mut naive_fails) = (0, 0);
         for line in GOLDEN.lines().skip(1) {
             let v: Vec<f64> = line.split(',').map(|n| n.trim().parse().unwrap()).collect();
-            let side = if v[0] > 0.0 { Side::Suction } else { Side::Pressure };
+            let side = if v[0] > 0.0 { ContourSide::Suction } else { ContourSide::Pressure };
             let found = polar_point(v[1], v[2], 0.25, side);
             assert!((found.theta.to_degrees() - v[3]).abs() < 1e-9, "{line}: {}", found.theta.to_degrees());
             assert!((found.rho - v[4]).abs() < 1e-9 && (found.u() - v[5]).abs() < 1e-9, "{line}: {found:?}");
@@ -107,7 +107,7 @@ mod tests {
                 for (xi, side) in [(1.0 - gap, 1.0), (gap - 1.0, -1.0), (gap, -1.0), (0.3 - gap, 1.0)] {
                     let (x, half) = (2.0 * a * xi, (1.0 - xi * xi).max(0.0));
                     let y = 2.0 * a * (0.24 * half + side * 0.06 * half.sqrt());
-                    let which = if side > 0.0 { Side::Suction } else { Side::Pressure };
+                    let which = if side > 0.0 { ContourSide::Suction } else { ContourSide::Pressure };
                     let found = polar_point(x, y, a, which);
                     let [bx, by] = found.image(a);
                     assert!(
@@ -122,13 +122,13 @@ mod tests {
 
     #[test]
     fn the_edges_themselves() {
-        assert_eq!(polar_point(0.5, 0.0, 0.25, Side::Suction), PolarPoint { theta: 0.0, rho: 1.0 });
-        assert_eq!(polar_point(-0.5, 0.0, 0.25, Side::Suction).theta, PI);
-        assert_eq!(polar_point(-0.5, 0.0, 0.25, Side::Pressure).theta, PI);
+        assert_eq!(polar_point(0.5, 0.0, 0.25, ContourSide::Suction), PolarPoint { theta: 0.0, rho: 1.0 });
+        assert_eq!(polar_point(-0.5, 0.0, 0.25, ContourSide::Suction).theta, PI);
+        assert_eq!(polar_point(-0.5, 0.0, 0.25, ContourSide::Pressure).theta, PI);
         // An edge half a nose radius outside of the branch point: theta is 0 there, rho is above 1.
-        let outside = polar_point(0.55, 0.0, 0.25, Side::Suction);
+        let outside = polar_point(0.55, 0.0, 0.25, ContourSide::Suction);
         assert!(outside.theta == 0.0 && (outside.rho - 1.1_f64.acosh().exp()).abs() < 1e-14);
-        let last = polar_point(0.5, 0.0, 0.25, Side::Pressure).theta;
+        let last = polar_point(0.5, 0.0, 0.25, ContourSide::Pressure).theta;
         assert!(last == TAU, "{last}");
     }
 }

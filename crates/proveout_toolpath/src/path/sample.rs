@@ -18,10 +18,10 @@ use proveout_geom::ToolPose;
 use proveout_geom::blade::ParametricSurface;
 
 use super::{
-    AxisRule, FlankError, Line, PathCutter, PathError, Touch,
+    AxisRule, CutterTouch, FlankError, Line, PathCutter, PathError,
     cutter::{envelope_across, overlap},
     error::MOST_POINTS,
-    place::Place,
+    place::PathPoint,
 };
 
 /// How far apart contacts lie along a line.
@@ -42,9 +42,9 @@ pub enum StepRule {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathContact {
     /// Where.
-    pub place: Place,
+    pub place: PathPoint,
     /// Pose of the cutter and its contact.
-    pub touch: Touch,
+    pub touch: CutterTouch,
     /// Length of the line up to here, mm.
     pub length: f64,
     /// Largest error of the straight motion that ends here, mm; 0 for the first contact.
@@ -150,7 +150,13 @@ impl Sampler<'_> {
     }
 
     /// The cutter at t of a line; `before` is the contact before.
-    fn touch(&self, line: &Line, place: &Place, part: f64, before: Option<&Touch>) -> Result<Touch, PathError> {
+    fn touch(
+        &self,
+        line: &Line,
+        place: &PathPoint,
+        part: f64,
+        before: Option<&CutterTouch>,
+    ) -> Result<CutterTouch, PathError> {
         if let AxisRule::Ruling { points } = self.rule {
             let Some(ruling) = &line.ruling else {
                 let what = "an axis along the ruling belongs to the flank of a cutter".to_owned();
@@ -162,12 +168,12 @@ impl Sampler<'_> {
         Ok(self.cutter.touch(place, &axis, line.allowance, before.map(|b| b.radial)))
     }
 
-    fn at(&self, place: &Place) -> super::At {
+    fn at(&self, place: &PathPoint) -> super::BladeLocation {
         place.named(&self.surface.domain())
     }
 
     /// What must hold at every contact; the error of a flank.
-    fn judge(&self, line: &Line, place: &Place, touch: &Touch) -> Result<Option<FlankError>, PathError> {
+    fn judge(&self, line: &Line, place: &PathPoint, touch: &CutterTouch) -> Result<Option<FlankError>, PathError> {
         if let Some(ruling) = &line.ruling {
             let error = ruling.error(self.surface, self.cutter, &touch.pose, place.uv, line.allowance);
             let FlankError { gouge, left, twist } = error;
@@ -193,7 +199,7 @@ impl Sampler<'_> {
     }
 
     /// Error of the straight motion between two poses at a place between them, mm.
-    fn error_at(&self, line: &Line, ends: [(&Place, &ToolPose); 2], between: &Place) -> f64 {
+    fn error_at(&self, line: &Line, ends: [(&PathPoint, &ToolPose); 2], between: &PathPoint) -> f64 {
         let [(from, from_pose), (to, to_pose)] = ends;
         let chord = to.point - from.point;
         let length2 = chord.norm_squared();
@@ -219,7 +225,7 @@ impl Sampler<'_> {
     ) -> Result<Vec<PathContact>, PathError> {
         let [start, end] = line.curve.range();
         let part = |t: f64| ruler.map_or(0.0, |r| r.part(self.surface, line, t));
-        let place = Place::on(self.surface, &line.curve, start);
+        let place = PathPoint::on(self.surface, &line.curve, start);
         let touch = self.touch(line, &place, part(start), None)?;
         let flank = self.judge(line, &place, &touch)?;
         let first = PathContact { place, touch, length: 0.0, chord_error: 0.0, side_step: None, scallop: None, flank };
@@ -236,10 +242,10 @@ impl Sampler<'_> {
             }
             let mut next = loop {
                 let t = if dt >= rest { end } else { from.place.t + dt };
-                let to = Place::on(self.surface, &line.curve, t);
+                let to = PathPoint::on(self.surface, &line.curve, t);
                 let touch = self.touch(line, &to, part(t), Some(&from.touch))?;
                 let ends = [(&from.place, &from.touch.pose), (&to, &touch.pose)];
-                let middle = Place::on(self.surface, &line.curve, 0.5 * (from.place.t + t));
+                let middle = PathPoint::on(self.surface, &line.curve, 0.5 * (from.place.t + t));
                 let mut worst = self.error_at(line, ends, &middle);
                 let sharpest = from.place.path_curvature.max(middle.path_curvature).max(to.path_curvature);
                 let length = (from.place.speed + 4.0 * middle.speed + to.speed) * (t - from.place.t) / 6.0;
@@ -247,7 +253,8 @@ impl Sampler<'_> {
                 // Where the middle is far below the bound the quarters cannot reach it.
                 if worst > 0.5 * error {
                     for quarter in [0.25, 0.75] {
-                        let between = Place::on(self.surface, &line.curve, from.place.t + quarter * (t - from.place.t));
+                        let between =
+                            PathPoint::on(self.surface, &line.curve, from.place.t + quarter * (t - from.place.t));
                         worst = worst.max(self.error_at(line, ends, &between));
                     }
                 }
@@ -308,7 +315,7 @@ impl Sampler<'_> {
         for k in 0..=count {
             let length = ruler.total() * k as f64 / count as f64;
             let t = ruler.at_length(self.surface, line, length);
-            let place = Place::on(self.surface, &line.curve, t);
+            let place = PathPoint::on(self.surface, &line.curve, t);
             let touch = self.touch(line, &place, k as f64 / count as f64, contacts.last().map(|c| &c.touch))?;
             let flank = self.judge(line, &place, &touch)?;
             let radius = 1.0 / place.path_curvature;
@@ -320,7 +327,7 @@ impl Sampler<'_> {
             if let Some(from) = contacts.last() {
                 for quarter in [0.25, 0.5, 0.75] {
                     let t = from.place.t + quarter * (t - from.place.t);
-                    let between = Place::on(self.surface, &line.curve, t);
+                    let between = PathPoint::on(self.surface, &line.curve, t);
                     let ends = [(&from.place, &from.touch.pose), (&place, &touch.pose)];
                     chord_error = chord_error.max(self.error_at(line, ends, &between));
                 }

@@ -18,7 +18,7 @@ use proveout_geom::blade::ParametricSurface;
 use super::{
     ParameterCurve, PathError,
     curve::fitted,
-    polar_angle::{Side, polar_point},
+    polar_angle::{ContourSide, polar_point},
 };
 
 /// What is constant along a line.
@@ -38,7 +38,7 @@ pub enum Label {
 
 /// A section with its edges.
 #[derive(Clone, Debug)]
-pub struct Section {
+pub struct BladeLoop {
     /// Parameter along the blade.
     pub v: f64,
     /// u of the trailing and of the leading edge: the two points that are farthest apart.
@@ -73,7 +73,7 @@ pub const SECTIONS: usize = 101;
 pub struct Sections<'a> {
     surface: &'a dyn ParametricSurface,
     label: Label,
-    sections: Vec<Section>,
+    sections: Vec<BladeLoop>,
 }
 
 impl<'a> Sections<'a> {
@@ -93,7 +93,7 @@ impl<'a> Sections<'a> {
         }
         let domain = surface.domain();
         let count = count.max(2);
-        let mut sections: Vec<Section> = Vec::with_capacity(count);
+        let mut sections: Vec<BladeLoop> = Vec::with_capacity(count);
         let mut near = surface.local(trailing, v[0]).point;
         for j in 0..count {
             let at = v[0] + (v[1] - v[0]) * j as f64 / (count - 1) as f64;
@@ -102,9 +102,9 @@ impl<'a> Sections<'a> {
                     let what = "an open surface has no edges and no polar angle".to_owned();
                     return Err(PathError::NoLine { what, section: part(at, domain.v) });
                 }
-                Section::with_edges(surface, at, near)?
+                BladeLoop::with_edges(surface, at, near)?
             } else {
-                Section::plain(surface, at)
+                BladeLoop::plain(surface, at)
             };
             near = section.trailing;
             sections.push(section);
@@ -113,7 +113,7 @@ impl<'a> Sections<'a> {
     }
 
     /// The sections.
-    pub fn sections(&self) -> &[Section] {
+    pub fn sections(&self) -> &[BladeLoop] {
         &self.sections
     }
 
@@ -194,7 +194,7 @@ pub(crate) fn part(x: f64, [low, high]: [f64; 2]) -> f64 {
     (x - low) / (high - low)
 }
 
-impl Section {
+impl BladeLoop {
     fn plain(surface: &dyn ParametricSurface, v: f64) -> Self {
         let range = surface.domain().u;
         let zero = proveout_geom::Vector::zeros();
@@ -294,7 +294,7 @@ impl Section {
         let period = self.range[1] - self.range[0];
         let x = (self.turn * (u - self.edges[0])).rem_euclid(period);
         let at_leading = (self.turn * (self.edges[1] - self.edges[0])).rem_euclid(period);
-        let side = if x <= at_leading { Side::Suction } else { Side::Pressure };
+        let side = if x <= at_leading { ContourSide::Suction } else { ContourSide::Pressure };
         let [x, y] = self.standard(&surface.local(u, self.v).point);
         polar_point(x, y, 0.5 * (0.5 - focus_inside), side).theta
     }

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use proveout_geom::blade::ParametricSurface;
 
 use super::{
-    AxisRule, Line, LineContacts, PathCutter, PathError, Place, Sampler, StepRule,
+    AxisRule, Line, LineContacts, PathCutter, PathError, PathPoint, Sampler, StepRule,
     error::LEAST_SCALLOP_MM,
     scallop::{scallop_height, side_step},
 };
@@ -93,7 +93,7 @@ impl Strategy for OneWay {
 }
 
 /// Lines that differ by one number.
-pub(crate) trait Family {
+pub(crate) trait LineFamily {
     /// The line with a label.
     fn line(&self, label: f64) -> Result<Line, PathError>;
 }
@@ -153,8 +153,8 @@ impl Task<'_> {
     }
 
     /// Side step that the scallop allows at a place of a line, mm.
-    pub(crate) fn allowed(&self, line: &Line, t: f64, part: f64, scallop: f64) -> Result<(Place, f64), PathError> {
-        let place = Place::on(self.surface, &line.curve, t);
+    pub(crate) fn allowed(&self, line: &Line, t: f64, part: f64, scallop: f64) -> Result<(PathPoint, f64), PathError> {
+        let place = PathPoint::on(self.surface, &line.curve, t);
         let at = || place.named(&self.surface.domain());
         let axis = self.rule.axis(&place, part).ok_or_else(|| PathError::NoAxis { at: at() })?;
         let touch = self.cutter.touch(&place, &axis, line.allowance, None);
@@ -171,7 +171,13 @@ impl Task<'_> {
     }
 
     /// Lines of a family from one label to another whose ridges are nowhere higher than `scallop`.
-    pub(crate) fn spaced(&self, family: &dyn Family, from: f64, to: f64, scallop: f64) -> Result<Vec<Line>, PathError> {
+    pub(crate) fn spaced(
+        &self,
+        family: &dyn LineFamily,
+        from: f64,
+        to: f64,
+        scallop: f64,
+    ) -> Result<Vec<Line>, PathError> {
         PathError::within("the scallop in mm", scallop, LEAST_SCALLOP_MM, 10.0)?;
         let mut label = from;
         let mut line = family.line(label)?;
@@ -185,7 +191,7 @@ impl Task<'_> {
                 let [start, end] = next.curve.range();
                 looks.iter().enumerate().fold(0.0, |most, (k, (place, allowed))| {
                     let other =
-                        Place::on(self.surface, &next.curve, start + (end - start) * k as f64 / (LOOKS - 1) as f64);
+                        PathPoint::on(self.surface, &next.curve, start + (end - start) * k as f64 / (LOOKS - 1) as f64);
                     f64::max(most, beside(place, &other) / allowed)
                 })
             };
@@ -204,7 +210,7 @@ impl Task<'_> {
                 next = family.line(label + step)?;
             }
             if used(&next) > 1.0 + ROUNDING || step.abs() < LEAST_STEP * (to - from).abs() {
-                let place = Place::on(self.surface, &line.curve, line.curve.range()[0]);
+                let place = PathPoint::on(self.surface, &line.curve, line.curve.range()[0]);
                 let reason =
                     "neighboring lines of this family are too far apart somewhere, however near their labels are";
                 return Err(PathError::NoSideStep {
@@ -225,7 +231,7 @@ impl Task<'_> {
     }
 
     /// Places of a line with the side steps that the scallop allows there.
-    pub(crate) fn looks(&self, line: &Line, scallop: f64) -> Result<Vec<(Place, f64)>, PathError> {
+    pub(crate) fn looks(&self, line: &Line, scallop: f64) -> Result<Vec<(PathPoint, f64)>, PathError> {
         let [start, end] = line.curve.range();
         let part = |k: usize| k as f64 / (LOOKS - 1) as f64;
         (0..LOOKS).map(|k| self.allowed(line, start + (end - start) * part(k), part(k), scallop)).collect()
@@ -234,7 +240,7 @@ impl Task<'_> {
     /// The lines of a family as a spacing says.
     pub(crate) fn family(
         &self,
-        family: &dyn Family,
+        family: &dyn LineFamily,
         range: [f64; 2],
         spacing: &Spacing,
     ) -> Result<Vec<Line>, PathError> {
@@ -249,7 +255,7 @@ impl Task<'_> {
 }
 
 /// Distance of a place of the next line across the feed, mm: the chord in the plane across.
-pub(crate) fn beside(place: &Place, other: &Place) -> f64 {
+pub(crate) fn beside(place: &PathPoint, other: &PathPoint) -> f64 {
     let d = other.point - place.point;
     d.dot(&place.across).hypot(d.dot(&place.normal))
 }
@@ -267,7 +273,7 @@ fn fill_scallops(surface: &dyn ParametricSurface, path: &mut LineContacts, next:
     let mut t = None;
     for contact in &mut path.contacts {
         let here = contact.place;
-        let along = |t: f64| (Place::on(surface, &next.curve, t), t);
+        let along = |t: f64| (PathPoint::on(surface, &next.curve, t), t);
         let begin = t.unwrap_or_else(|| nearest_end(surface, next, &here));
         let (mut place, mut at) = along(begin);
         for _ in 0..8 {
@@ -298,12 +304,12 @@ fn fill_scallops(surface: &dyn ParametricSurface, path: &mut LineContacts, next:
     }
 }
 
-fn nearest_end(surface: &dyn ParametricSurface, line: &Line, here: &Place) -> f64 {
+fn nearest_end(surface: &dyn ParametricSurface, line: &Line, here: &PathPoint) -> f64 {
     let ends = line.curve.range();
-    let off = |t: f64| (Place::on(surface, &line.curve, t).point - here.point).norm_squared();
+    let off = |t: f64| (PathPoint::on(surface, &line.curve, t).point - here.point).norm_squared();
     let [first, last] = ends.map(off);
     // Both ends of a line that closes are one place: the one from which it goes the way of the feed.
-    let ahead = Place::on(surface, &line.curve, ends[0]).feed.dot(&here.feed) >= 0.0;
+    let ahead = PathPoint::on(surface, &line.curve, ends[0]).feed.dot(&here.feed) >= 0.0;
     let start = if (first - last).abs() <= CLOSED_MM2 { ahead } else { first < last };
     if start { ends[0] } else { ends[1] }
 }

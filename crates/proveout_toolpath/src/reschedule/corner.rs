@@ -62,7 +62,7 @@ pub enum CornerRule {
 
 /// A smoothed corner. Points are (S, theta) in the scaled plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
+pub struct BezierCorner {
     /// Signed vertical offset of the joint.
     pub eps: f64,
     /// Slope angles of the first segment, the joint and the second segment, radian.
@@ -73,7 +73,7 @@ pub struct Corner {
     pub supports: [f64; 2],
 }
 
-impl Corner {
+impl BezierCorner {
     /// Largest |eps| that keeps the curve within half of each segment, first and second.
     pub fn eps_bounds(p: [[f64; 2]; 3], rule: CornerRule) -> [f64; 2] {
         let lengths = [distance(p[0], p[1]), distance(p[1], p[2])];
@@ -195,15 +195,15 @@ fn on_piece(c: [[f64; 2]; 3], s: f64) -> f64 {
 
 /// A polyline with smoothed corners, in the plane of S (mm) and theta (radian).
 #[derive(Clone, Debug, PartialEq)]
-pub struct Smoothed {
+pub struct SmoothedPolyline {
     /// Corners of the polyline, both ends included.
     pub points: Vec<[f64; 2]>,
     /// The corners, in the scaled plane; none where the polyline goes straight on.
-    pub corners: Vec<Option<Corner>>,
+    pub corners: Vec<Option<BezierCorner>>,
     scale: [f64; 2],
 }
 
-impl Smoothed {
+impl SmoothedPolyline {
     /// Smooths every inner corner with the largest |eps| (radian) that `room` allows for it: called with the index of the
     /// corner and whether the curve passes above it.
     pub fn new(points: Vec<[f64; 2]>, unit: ThetaUnit, layer: f64, room: impl Fn(usize, bool) -> f64) -> Self {
@@ -221,9 +221,9 @@ impl Smoothed {
                 if (slopes[2] - slopes[0]).abs() < STRAIGHT {
                     return None;
                 }
-                let [first, second] = Corner::eps_bounds(p, rule);
+                let [first, second] = BezierCorner::eps_bounds(p, rule);
                 let size = (room(i, slopes[2] > slopes[0]) * scale[1]).min(first).min(second);
-                Corner::new(p, size, rule)
+                BezierCorner::new(p, size, rule)
             })
             .collect();
         Self { points, corners, scale }
@@ -261,8 +261,8 @@ mod tests {
     fn the_curve_stays_within_eps_of_the_polyline_and_is_smooth() {
         for unit in [ThetaUnit::Degree, ThetaUnit::Radian, ThetaUnit::Normalized, ThetaUnit::UnitFree] {
             let points = vec![[0.0, 0.0], [30.0, 0.7], [75.0, 3.8], [120.0, 4.0], [185.0, 6.2]];
-            let smoothed = Smoothed::new(points.clone(), unit, 185.0, |_, _| 0.09);
-            let straight = Smoothed { corners: vec![None; points.len()], ..smoothed.clone() };
+            let smoothed = SmoothedPolyline::new(points.clone(), unit, 185.0, |_, _| 0.09);
+            let straight = SmoothedPolyline { corners: vec![None; points.len()], ..smoothed.clone() };
             let h = 1e-3;
             let mut largest: f64 = 0.0;
             let mut bend_before: Option<f64> = None;
@@ -288,7 +288,7 @@ mod tests {
         // Specification 3.5: corner (0,0) (30,40) (75,220) deg, eps 5 deg: half supports in S.
         let corner = |scale: [f64; 2], rule| {
             let p = [[0.0, 0.0], [30.0, 40.0], [75.0, 220.0]].map(|p: [f64; 2]| [p[0] * scale[0], p[1] * scale[1]]);
-            let c = Corner::new(p, 5.0 * scale[1], rule).unwrap();
+            let c = BezierCorner::new(p, 5.0 * scale[1], rule).unwrap();
             [(c.control[2][0] - c.control[0][0]) / scale[0], (c.control[4][0] - c.control[2][0]) / scale[0]]
         };
         let close = |got: [f64; 2], want: [f64; 2]| got.iter().zip(want).all(|(g, w)| (g - w).abs() < 0.06);

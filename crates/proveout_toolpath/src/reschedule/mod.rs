@@ -34,23 +34,23 @@ pub use certificate::{
     SwingLimits, peak_of,
 };
 pub use channel::{Channel, exact_limits};
-pub use corner::{Corner, CornerRule, Smoothed, ThetaUnit};
+pub use corner::{BezierCorner, CornerRule, SmoothedPolyline, ThetaUnit};
 pub use error::RescheduleError;
 pub use inset::SearchedInset;
 pub use min_angular_acceleration::{
     Criterion, MinAngularAcceleration, between_keys, capped, inflections, true_minimum,
 };
 pub use multi_scale::{
-    BullNose, ContactFrame, CrossSection, Judged, Measurement, MultiScale, basis, critical, fitted as fitted_curves,
-    leaned, mean_deviation, mean_line, value as curve_value,
+    AxisEffect, BullNose, ContactFrame, CrossSection, Measurement, MultiScale, basis, critical,
+    fitted as fitted_curves, leaned, mean_deviation, mean_line, value as curve_value,
 };
 pub use quaternion::{Quaternion, slerp};
-pub use s_theta::{Plan, STHETA_DEFAULTS, STheta};
-pub use section::{Layer, SectionPath};
+pub use s_theta::{STHETA_DEFAULTS, STheta, ThetaPlan};
+pub use section::{BlockLayer, SectionPath};
 pub use singularity::{Junction, PoleAngles, PoleStretch, Singularity, between, fitted, pole_angles};
 pub use smooth::{ChannelKind, KEPT, RowEnds, Smooth, SmoothPlan, SmoothRows, TurnLimits};
 pub use study::{Curve, CurveKind, Figure, Quantity, Study};
-pub use taut::{Gate, free_taut_string, taut_string};
+pub use taut::{TautGate, free_taut_string, taut_string};
 pub use tool_channel::ToolChannel;
 
 /// A block of a cutting run.
@@ -75,7 +75,7 @@ pub struct CuttingRun {
 
 /// Where a tool touches a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Contact {
+pub struct ContactPoint {
     /// Contact point, frame of the run, mm.
     pub point: Point,
     /// Outward unit normal of the surface.
@@ -87,10 +87,10 @@ pub struct Contact {
 /// A surface that answers where a tool touches it.
 pub trait ContactSurface {
     /// The contact nearest to a point; none where the surface does not reach.
-    fn contact(&self, near: &Point) -> Option<Contact>;
+    fn contact(&self, near: &Point) -> Option<ContactPoint>;
 
     /// The same, with the nearest point of the rim for a point beyond it.
-    fn nearest(&self, near: &Point) -> Option<Contact> {
+    fn nearest(&self, near: &Point) -> Option<ContactPoint> {
         self.contact(near)
     }
 }

@@ -14,11 +14,11 @@ use std::f64::consts::TAU;
 
 use proveout_geom::ToolPose;
 
-use super::corner::{Smoothed, ThetaUnit};
-use super::taut::{Gate, taut_string};
+use super::corner::{SmoothedPolyline, ThetaUnit};
+use super::taut::{TautGate, taut_string};
 use super::{
-    Channel, Curve, CurveKind, CuttingRun, Figure, Layer, Method, Quantity, RescheduleError, Rescheduled, SectionPath,
-    Study, Surroundings, TurnChannel,
+    BlockLayer, Channel, Curve, CurveKind, CuttingRun, Figure, Method, Quantity, RescheduleError, Rescheduled,
+    SectionPath, Study, Surroundings, TurnChannel,
 };
 
 /// Rounding of a way along the path, mm.
@@ -66,11 +66,11 @@ impl Default for STheta {
 
 /// A plan for a whole path.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Plan {
+pub struct ThetaPlan {
     /// Angle at each block, radian.
     pub angles: Vec<f64>,
     /// Layers with their curves.
-    pub layers: Vec<(Layer, Smoothed)>,
+    pub layers: Vec<(BlockLayer, SmoothedPolyline)>,
 }
 
 impl STheta {
@@ -98,12 +98,12 @@ impl STheta {
     ///
     /// # Errors
     /// `reschedule-channel`: the channel is too narrow at some block.
-    pub fn plan(&self, path: &SectionPath, channel: &Channel) -> Result<Plan, RescheduleError> {
+    pub fn plan(&self, path: &SectionPath, channel: &Channel) -> Result<ThetaPlan, RescheduleError> {
         self.check()?;
         let mut angles = vec![0.0; path.len()];
-        let (whole, parts): (Vec<Layer>, Vec<Layer>) =
+        let (whole, parts): (Vec<BlockLayer>, Vec<BlockLayer>) =
             path.layers.iter().partition(|layer| layer.starts_at_base && layer.ends_at_base);
-        let mut layers: Vec<(Layer, Smoothed)> = Vec::with_capacity(path.layers.len());
+        let mut layers: Vec<(BlockLayer, SmoothedPolyline)> = Vec::with_capacity(path.layers.len());
         for layer in &whole {
             let ends = self.ends(path, channel, layer, None);
             layers.push((*layer, self.layer(path, channel, layer, ends)?));
@@ -122,7 +122,7 @@ impl STheta {
             }
         }
         Self::verify(path, channel, &angles)?;
-        Ok(Plan { angles, layers })
+        Ok(ThetaPlan { angles, layers })
     }
 
     /// Theta at an end of the path that is no base point: as near to the original as the inset channel allows.
@@ -162,8 +162,8 @@ impl STheta {
         &self,
         path: &SectionPath,
         channel: &Channel,
-        layer: &Layer,
-        whole: Option<&(Layer, Smoothed)>,
+        layer: &BlockLayer,
+        whole: Option<&(BlockLayer, SmoothedPolyline)>,
     ) -> [f64; 2] {
         let (a, b) = (layer.first, layer.last);
         let inside =
@@ -200,7 +200,7 @@ impl STheta {
         &self,
         path: &SectionPath,
         channel: &Channel,
-        layer: &Layer,
+        layer: &BlockLayer,
         start_theta: f64,
         end_flat: f64,
     ) -> &'static str {
@@ -224,9 +224,9 @@ impl STheta {
         &self,
         path: &SectionPath,
         channel: &Channel,
-        layer: &Layer,
+        layer: &BlockLayer,
         [start_theta, end_theta]: [f64; 2],
-    ) -> Result<Smoothed, RescheduleError> {
+    ) -> Result<SmoothedPolyline, RescheduleError> {
         let (a, b) = (layer.first, layer.last);
         let mut points = vec![[path.arc[a], start_theta]];
         // Flat at the start, until the inset upper limit has risen above the base vector.
@@ -247,7 +247,7 @@ impl STheta {
             let level = if layer.starts_at_base { start_theta } else { end_theta };
             if !(layer.starts_at_base && layer.ends_at_base) {
                 let points = vec![[path.arc[a], level], [path.arc[b], level]];
-                return Ok(Smoothed::new(points, self.unit, path.period, |_, _| 0.0));
+                return Ok(SmoothedPolyline::new(points, self.unit, path.period, |_, _| 0.0));
             }
             return Err(RescheduleError::new(
                 "reschedule-layers",
@@ -263,7 +263,7 @@ impl STheta {
             ));
         }
         let inside: Vec<usize> = (a..=b).filter(|&i| path.arc[i] > inner_start && path.arc[i] < inner_end).collect();
-        let gates: Vec<Gate> = inside
+        let gates: Vec<TautGate> = inside
             .iter()
             .map(|&i| {
                 let low = (channel.lower[i] + self.inset).min(end_theta);
@@ -271,7 +271,7 @@ impl STheta {
                 let flat = layer.ends_at_base && channel.upper[i] >= end_theta - REACHED;
                 let high = if flat { end_theta } else { channel.upper[i] - self.inset };
                 // After the flat the limit may not have risen yet: a layer shorter than its flat.
-                Gate { s: path.arc[i], low, high: high.max(start_theta.min(channel.upper[i])) }
+                TautGate { s: path.arc[i], low, high: high.max(start_theta.min(channel.upper[i])) }
             })
             .collect();
         let string = taut_string([inner_start, start_theta], &gates, [inner_end, end_theta]).map_err(|gate| {
@@ -293,12 +293,12 @@ impl STheta {
         }
         points.dedup_by(|p, q| (p[0] - q[0]).abs() < SAME_MM);
         let room = self.room(path, channel, layer, &points);
-        Ok(Smoothed::new(points, self.unit, path.period, |i, above| room[i][usize::from(above)]))
+        Ok(SmoothedPolyline::new(points, self.unit, path.period, |i, above| room[i][usize::from(above)]))
     }
 
     /// Removes key points nearer than [`STheta::merge`] to the previous one where the channel
     /// allows it.
-    fn merged(&self, path: &SectionPath, channel: &Channel, layer: &Layer, keys: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    fn merged(&self, path: &SectionPath, channel: &Channel, layer: &BlockLayer, keys: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         let mut kept: Vec<[f64; 2]> = Vec::with_capacity(keys.len());
         for (i, key) in keys.iter().enumerate() {
             let inner = i > 0 && i + 1 < keys.len();
@@ -314,7 +314,7 @@ impl STheta {
     }
 
     /// A straight segment keeps half of the inset from both limits.
-    fn clear(&self, path: &SectionPath, channel: &Channel, layer: &Layer, a: [f64; 2], b: [f64; 2]) -> bool {
+    fn clear(&self, path: &SectionPath, channel: &Channel, layer: &BlockLayer, a: [f64; 2], b: [f64; 2]) -> bool {
         let from = path.arc.partition_point(|&s| s <= a[0]).max(layer.first);
         let to = path.arc.partition_point(|&s| s < b[0]).min(layer.last);
         (from..to).all(|i| {
@@ -325,7 +325,7 @@ impl STheta {
 
     /// Smallest vertical distance of the polyline from the lower and the upper limit between the midpoints of the segments at
     /// each corner. Limits and polyline are straight between blocks and corners, so these places are enough.
-    fn room(&self, path: &SectionPath, channel: &Channel, layer: &Layer, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    fn room(&self, path: &SectionPath, channel: &Channel, layer: &BlockLayer, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut room = vec![[f64::MAX; 2]; points.len()];
         let limit = |limits: &[f64], s: f64| {
             let k = path.arc.partition_point(|&x| x < s).clamp(layer.first + 1, layer.last.max(layer.first + 1));
@@ -387,7 +387,7 @@ impl Method for STheta {
         self.check()?;
         let path = SectionPath::new(run, around)?;
         let channel = Channel::tabulated(&path, self.clearance, 2.0 * self.inset)?;
-        let Plan { angles, layers } = self.plan(&path, &channel)?;
+        let ThetaPlan { angles, layers } = self.plan(&path, &channel)?;
         let mut study = study(&path, &channel, &angles);
         let string: Vec<[f64; 2]> = layers.iter().flat_map(|(_, curve)| curve.points.iter().copied()).collect();
         let mut keys = string.clone();

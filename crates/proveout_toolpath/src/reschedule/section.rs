@@ -38,7 +38,7 @@ const SHORTEST_MM: f64 = 1e-9;
 
 /// A layer: from one base point to the next, as indices of blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Layer {
+pub struct BlockLayer {
     /// Block of the base point where it begins; the first block of the path for the first layer.
     pub first: usize,
     /// Block of the base point where it ends; the last block of the path for the last layer.
@@ -67,7 +67,7 @@ pub struct SectionPath {
     /// Arc length of a layer, mm.
     pub period: f64,
     /// The layers.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<BlockLayer>,
     /// Blocks before the first center of this path: the lead-in.
     pub lead_in: usize,
     /// Lines of the blocks.
@@ -267,7 +267,12 @@ impl SectionPath {
         marks.dedup();
         let count = marks.len() - 1;
         self.layers = (0..count)
-            .map(|k| Layer { first: marks[k], last: marks[k + 1], starts_at_base: k > 0, ends_at_base: k + 1 < count })
+            .map(|k| BlockLayer {
+                first: marks[k],
+                last: marks[k + 1],
+                starts_at_base: k > 0,
+                ends_at_base: k + 1 < count,
+            })
             .collect();
         Ok(())
     }

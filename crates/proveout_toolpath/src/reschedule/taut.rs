@@ -18,7 +18,7 @@ use std::collections::VecDeque;
 
 /// A gate: abscissa and the closed interval that the path must pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Gate {
+pub struct TautGate {
     /// Abscissa; strictly rising from gate to gate.
     pub s: f64,
     /// Bottom.
@@ -35,12 +35,12 @@ fn slope(a: [f64; 2], b: [f64; 2]) -> f64 {
 ///
 /// # Errors
 /// Index of the first gate that is empty.
-pub fn taut_string(start: [f64; 2], gates: &[Gate], end: [f64; 2]) -> Result<Vec<[f64; 2]>, usize> {
+pub fn taut_string(start: [f64; 2], gates: &[TautGate], end: [f64; 2]) -> Result<Vec<[f64; 2]>, usize> {
     let mut path = vec![start];
     let mut apex = start;
     let mut upper: VecDeque<[f64; 2]> = VecDeque::new();
     let mut lower: VecDeque<[f64; 2]> = VecDeque::new();
-    let last = Gate { s: end[0], low: end[1], high: end[1] };
+    let last = TautGate { s: end[0], low: end[1], high: end[1] };
     for (i, gate) in gates.iter().chain(std::iter::once(&last)).enumerate() {
         if gate.low.is_nan() || gate.high.is_nan() || gate.low > gate.high {
             return Err(i);
@@ -59,7 +59,7 @@ pub fn taut_string(start: [f64; 2], gates: &[Gate], end: [f64; 2]) -> Result<Vec
 ///
 /// # Errors
 /// Index of the first gate that is empty.
-pub fn free_taut_string(gates: &[Gate]) -> Result<Vec<[f64; 2]>, usize> {
+pub fn free_taut_string(gates: &[TautGate]) -> Result<Vec<[f64; 2]>, usize> {
     if let Some(empty) = gates.iter().position(|g| g.low.is_nan() || g.high.is_nan() || g.low > g.high) {
         return Err(empty);
     }
@@ -82,7 +82,7 @@ pub fn free_taut_string(gates: &[Gate]) -> Result<Vec<[f64; 2]>, usize> {
 }
 
 /// The last gate, from one end on, with the limit that a later one contradicts; none where one level passes all gates.
-fn first_demand<'a>(gates: impl Iterator<Item = (usize, &'a Gate)>) -> Option<(usize, f64)> {
+fn first_demand<'a>(gates: impl Iterator<Item = (usize, &'a TautGate)>) -> Option<(usize, f64)> {
     let (mut bottom, mut top) = ((0, f64::NEG_INFINITY), (0, f64::INFINITY));
     for (i, gate) in gates {
         if gate.low > top.1 {
@@ -135,9 +135,9 @@ mod tests {
     use super::*;
 
     /// Length by dynamic programming over a fine grid of each gate: an independent upper bound that tends to the optimum.
-    fn grid_length(start: [f64; 2], gates: &[Gate], end: [f64; 2], n: usize) -> f64 {
+    fn grid_length(start: [f64; 2], gates: &[TautGate], end: [f64; 2], n: usize) -> f64 {
         let mut front = vec![(start, 0.0)];
-        for gate in gates.iter().chain(std::iter::once(&Gate { s: end[0], low: end[1], high: end[1] })) {
+        for gate in gates.iter().chain(std::iter::once(&TautGate { s: end[0], low: end[1], high: end[1] })) {
             let count = if gate.low == gate.high { 1 } else { n };
             front = (0..count)
                 .map(|k| {
@@ -163,10 +163,10 @@ mod tests {
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         for _ in 0..200 {
-            let gates: Vec<Gate> = (1..12)
+            let gates: Vec<TautGate> = (1..12)
                 .map(|i| {
                     let (a, b) = (4.0 * random() - 2.0, 4.0 * random() - 2.0);
-                    Gate { s: f64::from(i) + 0.8 * random(), low: a.min(b), high: a.max(b) }
+                    TautGate { s: f64::from(i) + 0.8 * random(), low: a.min(b), high: a.max(b) }
                 })
                 .collect();
             let (start, end) = ([0.0, 0.0], [13.0, 2.0 * random() - 1.0]);
@@ -194,11 +194,11 @@ mod tests {
         };
         for _ in 0..1000 {
             let (mut low, mut high) = (-1.0, 0.2);
-            let gates: Vec<Gate> = (1..60)
+            let gates: Vec<TautGate> = (1..60)
                 .map(|i| {
                     low += 0.3 * random() * random();
                     high = (high + 0.3 * random() * random()).max(low + 0.01);
-                    Gate { s: f64::from(i), low, high }
+                    TautGate { s: f64::from(i), low, high }
                 })
                 .collect();
             let path = taut_string([0.0, 0.0], &gates, [60.0, high]).unwrap();
@@ -208,7 +208,7 @@ mod tests {
 
     #[test]
     fn a_closed_gate_is_named() {
-        let gates = [Gate { s: 1.0, low: 0.0, high: 1.0 }, Gate { s: 2.0, low: 1.0, high: 0.0 }];
+        let gates = [TautGate { s: 1.0, low: 0.0, high: 1.0 }, TautGate { s: 2.0, low: 1.0, high: 0.0 }];
         assert_eq!(taut_string([0.0, 0.0], &gates, [3.0, 0.0]), Err(1));
         assert_eq!(taut_string([0.0, 0.0], &[], [3.0, 1.0]), Ok(vec![[0.0, 0.0], [3.0, 1.0]]));
     }

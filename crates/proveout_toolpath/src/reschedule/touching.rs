@@ -3,7 +3,7 @@
 use proveout_geom::{Point, ToolPose, Vector};
 
 use super::Surroundings;
-use crate::path::{PathCutter, Place};
+use crate::path::{PathCutter, PathPoint};
 
 /// Steps that the contact is looked for in, and how near it must come, mm.
 const CONTACT_STEPS: usize = 60;
@@ -12,16 +12,16 @@ const CONTACT: f64 = 1e-7;
 const ROUNDED: f64 = 1e-3;
 
 /// Where a cutter in a pose is from touching the surface, and the contact: of a ball by its center, which no axis moves.
-pub(super) struct Touching {
-    pub(super) place: Place,
+pub(super) struct TouchOffset {
+    pub(super) place: PathPoint,
     /// From the tip that touches to the tip of the program.
     pub(super) off: Vector,
 }
 
-pub(super) fn place(point: Point, normal: Vector) -> Place {
+pub(super) fn place(point: Point, normal: Vector) -> PathPoint {
     let helper = if normal.x.abs() < 0.9 { Vector::x() } else { Vector::y() };
     let feed = (helper - normal * helper.dot(&normal)).normalize();
-    Place {
+    PathPoint {
         t: 0.0,
         uv: [0.0; 2],
         point,
@@ -34,10 +34,10 @@ pub(super) fn place(point: Point, normal: Vector) -> Place {
     }
 }
 
-pub(super) fn touching(pose: &ToolPose, cutter: &PathCutter, around: &Surroundings<'_>) -> Option<Touching> {
+pub(super) fn touching(pose: &ToolPose, cutter: &PathCutter, around: &Surroundings<'_>) -> Option<TouchOffset> {
     if let Some(radius) = cutter.ball_radius() {
         let center = pose.tip + pose.axis * radius;
-        return Some(Touching { place: place(center, pose.axis), off: Vector::zeros() });
+        return Some(TouchOffset { place: place(center, pose.axis), off: Vector::zeros() });
     }
     let surface = around.surface?;
     let (mut near, mut last) = (pose.tip, None);
@@ -50,7 +50,7 @@ pub(super) fn touching(pose: &ToolPose, cutter: &PathCutter, around: &Surroundin
         // At a rim the last digits of the program may lie beyond it: the contact then stays where it is.
         let at_rim = last.is_some_and(|p: Point| (p - contact.point).norm() < CONTACT) && along.norm() < ROUNDED;
         if along.norm() < CONTACT || at_rim {
-            return Some(Touching { place, off });
+            return Some(TouchOffset { place, off });
         }
         last = Some(contact.point);
         near = contact.point + along;

@@ -40,12 +40,12 @@ pub(super) struct AxisCurve {
     way: Vector,
     /// Length of the circle, radian.
     pub(super) angle: f64,
-    pub(super) pass: Option<Pass>,
+    pub(super) pass: Option<PolePassage>,
 }
 
 /// Where the axis is led through a pole.
 #[derive(Clone, Debug)]
-pub(super) struct Pass {
+pub(super) struct PolePassage {
     /// The pole, a unit vector of K.
     pub(super) pole: Vector,
     /// Parameter at which the axis is in it.
@@ -96,7 +96,7 @@ impl AxisCurve {
             let across = closest.cross(&along);
             let across = if across.dot(pole) < 0.0 { -across } else { across };
             let t = s / self.angle;
-            self.pass = Some(Pass { pole: *pole, t, off, half_width, closest, across, along });
+            self.pass = Some(PolePassage { pole: *pole, t, off, half_width, closest, across, along });
             break;
         }
         self
@@ -126,7 +126,7 @@ impl AxisCurve {
     }
 }
 
-impl Pass {
+impl PolePassage {
     fn jet(&self, x: f64, angle: f64) -> VectorJet {
         let place = Jet::<4>([x / self.half_width, angle / self.half_width, 0.0, 0.0]);
         let mut rest = Jet(place.times(&place).0.map(|v| -v));

@@ -30,7 +30,7 @@ use proveout_geom::{Point, ToolPose, Vector, wrap_near};
 use proveout_machine::{JointKind, JointValues, KinematicsError, Machine};
 
 use super::curve::AxisCurve;
-use crate::{jet::JointJet, rig::Rig, shape::Quintic};
+use crate::{jet::JointJet, rtcp::Rig, shape::Quintic};
 
 /// Distance of a quintic from the wanted axis, radian: 1 nanometer at 100 mm from the tip.
 const AXIS_ERROR: f64 = 1e-8;
@@ -53,14 +53,14 @@ const SLIVER: f64 = 1e-9;
 
 /// A place of the way with task coordinates and derivatives by t.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Knot {
+pub(super) struct JointKnot {
     pub(super) t: f64,
     pub(super) jet: JointJet,
 }
 
 /// A stretch of the way between two poles, or ends of the block.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stretch {
+pub(super) struct BranchStretch {
     pub(super) t: [f64; 2],
     /// The poles in which it begins and ends.
     pub(super) poles: [Option<Vector>; 2],
@@ -80,7 +80,7 @@ pub(super) struct Follower<'a> {
 
 impl Follower<'_> {
     /// Knots along a stretch. Fails with the t from which the joints do not go on.
-    pub(super) fn knots(&self, curve: &AxisCurve, stretch: &Stretch) -> Result<Vec<Knot>, f64> {
+    pub(super) fn knots(&self, curve: &AxisCurve, stretch: &BranchStretch) -> Result<Vec<JointKnot>, f64> {
         let [t0, t1] = stretch.t;
         let mut begin = self.knot(curve, stretch, t0, &stretch.begin).ok_or(t0)?;
         // What the joints at the begin differ by from the branch's own is rounding, or taken away by the first step.
@@ -136,18 +136,18 @@ impl Follower<'_> {
     }
 
     /// Quintics over the path parameter, `length` long for the whole block, from 0 on.
-    pub(super) fn pieces(knots: &[Knot], length: f64) -> Vec<Quintic> {
+    pub(super) fn pieces(knots: &[JointKnot], length: f64) -> Vec<Quintic> {
         let t0 = knots.first().map_or(0.0, |k| k.t);
         let scaled = |jet: &JointJet| JointJet(std::array::from_fn(|k| jet.0[k] * length.powi(-(k as i32))));
         let pairs = knots.windows(2);
         let pieces = pairs.map(|w| {
-            let at = |k: &Knot| (k.t - t0) * length;
+            let at = |k: &JointKnot| (k.t - t0) * length;
             Quintic::hermite(at(&w[0]), at(&w[1]), &scaled(&w[0].jet), &scaled(&w[1].jet))
         });
         pieces.collect()
     }
 
-    fn knot(&self, curve: &AxisCurve, stretch: &Stretch, t: f64, near: &JointValues) -> Option<Knot> {
+    fn knot(&self, curve: &AxisCurve, stretch: &BranchStretch, t: f64, near: &JointValues) -> Option<JointKnot> {
         let wanted = curve.jet(t);
         let pole = [0, 1].into_iter().find_map(|k| stretch.poles[k].filter(|_| t == stretch.t[k]));
         let q = match (stretch.branch, pole) {
@@ -181,7 +181,7 @@ impl Follower<'_> {
             &[first, second] if pole.is_some() => self.rates_in_pole(&mut jet, &wanted.0, [first, second])?,
             _ => self.rates(&mut jet, &wanted.0),
         }
-        Some(Knot { t, jet })
+        Some(JointKnot { t, jet })
     }
 
     /// Rate of the tool axis with a rotary joint.
@@ -246,7 +246,7 @@ impl Follower<'_> {
         Some(())
     }
 
-    fn at_end_of_reach(&self, curve: &AxisCurve, stretch: &Stretch, t: f64) -> bool {
+    fn at_end_of_reach(&self, curve: &AxisCurve, stretch: &BranchStretch, t: f64) -> bool {
         let pole = [0, 1].into_iter().any(|k| stretch.poles[k].is_some() && t == stretch.t[k]);
         let (Some(branch), &[first, second], false) = (stretch.branch, self.machine.rotary_joints(), pole) else {
             return false;
@@ -260,7 +260,7 @@ impl Follower<'_> {
 
     /// The knot at the end of reach with slopes that join the square root: half of the mean slope where it is left off, one and a half
     /// at the end, and the change between them.
-    fn beside_end_of_reach(&self, end: &Knot, beside: &Knot) -> JointJet {
+    fn beside_end_of_reach(&self, end: &JointKnot, beside: &JointKnot) -> JointJet {
         let mut jet = end.jet;
         let way = end.t - beside.t;
         for &joint in self.machine.rotary_joints() {
@@ -272,7 +272,7 @@ impl Follower<'_> {
     }
 
     /// Whether the quintic between two knots is on the way.
-    fn fits(&self, curve: &AxisCurve, a: &Knot, b: &Knot, allowance: f64) -> bool {
+    fn fits(&self, curve: &AxisCurve, a: &JointKnot, b: &JointKnot, allowance: f64) -> bool {
         let turned = |&j: &usize| (b.jet.0[0][j] - a.jet.0[0][j]).abs();
         if self.machine.rotary_joints().iter().map(turned).fold(0.0, f64::max) > LONGEST {
             return false;

@@ -17,18 +17,18 @@
 //! Inside, `|z|^2'' / 2 <= w^2 |q| |c|` bounds `|z|''` from above where z is not zero; else `|z|` changes by at most `w min(|q|, |c|)` a mm.
 //! These bounds fall short by the square of an interval's width.
 
-use super::{super::discs::lowest, Face, Node, Search};
+use super::{super::discs::lowest, BladeFace, NearestSearch, SliceNode};
 
 /// The bound of `N` about a node.
-pub(super) struct Bound {
+pub(super) struct NodeBound {
     a: f64,
     b: f64,
     c: f64,
 }
 
-impl Search<'_> {
+impl NearestSearch<'_> {
     /// What `N` keeps on a part about a node, with `i` up to `climb`, outside. Steps along s within `along`.
-    pub(super) fn bound_outside(&self, node: &Node, climb: f64, along: [f64; 2]) -> (Bound, f64) {
+    pub(super) fn bound_outside(&self, node: &SliceNode, climb: f64, along: [f64; 2]) -> (NodeBound, f64) {
         let discs = self.blade.discs();
         let w2 = self.twist * self.twist;
         let step = along[1].max(-along[0]);
@@ -46,30 +46,30 @@ impl Search<'_> {
             (c, bend) = (c + drift * drift / far, bend - convex);
         }
         let fall = -lowest(node.seen.slope, bend, along);
-        (Bound { a: node.n - fall, b: node.rise, c }, fall)
+        (NodeBound { a: node.n - fall, b: node.rise, c }, fall)
     }
 
     /// The same inside, for the disc of the node.
-    pub(super) fn bound_inside(&self, node: &Node, climb: f64) -> Bound {
+    pub(super) fn bound_inside(&self, node: &SliceNode, climb: f64) -> NodeBound {
         let center = node.seen.disc.center;
         let center = center[0].hypot(center[1]);
         let fastest = self.twist.abs() * self.radius.min(center);
         let least = node.seen.far - fastest * climb;
         if least > 0.1 * node.seen.far {
             let c = self.twist * self.twist * self.radius * center / least;
-            Bound { a: -node.n, b: -node.rise, c }
+            NodeBound { a: -node.n, b: -node.rise, c }
         } else {
-            Bound { a: -node.n - fastest * climb, b: 0.0, c: 0.0 }
+            NodeBound { a: -node.n - fastest * climb, b: 0.0, c: 0.0 }
         }
     }
 
     /// A bound of the distance for steps within `sides` about a node, and by how much an interval's width may have lowered it.
-    pub(super) fn lower(&self, face: Face, node: &Node, bound: &Bound, sides: [f64; 2]) -> (f64, f64) {
-        let Bound { a, b, c } = *bound;
+    pub(super) fn lower(&self, face: BladeFace, node: &SliceNode, bound: &NodeBound, sides: [f64; 2]) -> (f64, f64) {
+        let NodeBound { a, b, c } = *bound;
         let x = self.p.x - node.x;
         let step = sides[1].max(-sides[0]);
         let square = match face {
-            Face::Airfoil(_) => {
+            BladeFace::Airfoil(_) => {
                 let least = a + (b * sides[0]).min(b * sides[1]) - 0.5 * c * step * step;
                 let flat = (x.clamp(sides[0], sides[1]) - x).powi(2);
                 if least <= 0.0 {
@@ -79,13 +79,13 @@ impl Search<'_> {
                 let parabola = x * x + a * a + lowest(2.0 * (a * b - x), -2.0 * bend, sides);
                 parabola.max(flat + least * least)
             }
-            Face::Fillet(f) => return self.lower_in_fillet(f, node, bound, sides),
+            BladeFace::Fillet(f) => return self.lower_in_fillet(f, node, bound, sides),
         };
         (square.max(0.0).sqrt(), 0.5 * c * step * step * (1.0 + b.abs() * step))
     }
 
-    fn lower_in_fillet(&self, f: f64, node: &Node, bound: &Bound, sides: [f64; 2]) -> (f64, f64) {
-        let Bound { a, b, c } = *bound;
+    fn lower_in_fillet(&self, f: f64, node: &SliceNode, bound: &NodeBound, sides: [f64; 2]) -> (f64, f64) {
+        let NodeBound { a, b, c } = *bound;
         let x = self.p.x - node.x;
         let sign = if self.inside { -1.0 } else { 1.0 };
         let (lo, hi) = (node.b + sides[0], node.b + sides[1]);

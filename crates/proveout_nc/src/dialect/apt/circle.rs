@@ -11,7 +11,7 @@
 use std::f64::consts::TAU;
 
 use super::reader::{AptReader, PendingCircle, arity};
-use super::statement::{Bad, Item, Place, Statement, Token};
+use super::statement::{AptStatement, Bad, Item, LineRange, Token};
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::codes;
 use crate::control::ArcTolerance;
@@ -26,7 +26,7 @@ const LEAST_RADIUS_MM: f64 = 1e-6;
 impl AptReader {
     /// CIRCLE/x,y,z,i,j,k[,r[,...]], MOVARC/x,y,z,i,j,k,r[,ANGLE,a]; the next point is the end. Without a radius (`CAMWorks`) it is
     /// that of the start.
-    pub(crate) fn circle_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn circle_statement(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let leading = st.items.iter().take_while(|i| matches!(i.token, Token::Number(_))).count();
         if leading < 7 && (leading < 6 || st.major != "CIRCLE") {
             return Err(arity(st.head, &st.major, leading, "the center, the normal and the radius, seven values"));
@@ -93,7 +93,7 @@ impl AptReader {
     }
 
     /// INDIRV/i,j,k and INDIRP/x,y,z: direction in which the circle starts.
-    pub(crate) fn direction_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn direction_statement(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 3];
         let count = self.numbers(source, st, &mut n)?;
         if count != 3 {
@@ -106,7 +106,7 @@ impl AptReader {
 
     /// `TLON,GOFWD/ (CIRCLE/x,y,z,r),ON,[2,INTOF,](LINE/..,x,y,z)`, or with `(CYLNDR/x,y,z,i,j,k,r)` and a plane through
     /// the end point as the limit.
-    pub(crate) fn along_circle(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn along_circle(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut groups: Vec<(String, &[Item])> = Vec::new();
         for (at, item) in st.items.iter().enumerate() {
             if item.token == Token::Slash
@@ -168,7 +168,12 @@ impl AptReader {
     }
 
     /// The arc from here to a point; a point off the plane makes it a helix.
-    pub(crate) fn go_circle(&mut self, circle: &PendingCircle, end: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+    pub(crate) fn go_circle(
+        &mut self,
+        circle: &PendingCircle,
+        end: [f64; 3],
+        place: LineRange,
+    ) -> Result<(), Box<Bad>> {
         if std::mem::take(&mut self.own.rapid) {
             return Err(place.bad(codes::CONFLICT, "RAPID before a circle", "write FEDRAT before a circle"));
         }
@@ -262,7 +267,7 @@ fn basis(normal: [f64; 3]) -> ([f64; 3], [f64; 3]) {
     (u, frame::cross(normal, u))
 }
 
-fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, place: Place) -> Box<Bad> {
+fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, place: LineRange) -> Box<Bad> {
     match fault {
         ArcFault::Radii(start, end) => place.bad(
             codes::ARC_RADIUS,

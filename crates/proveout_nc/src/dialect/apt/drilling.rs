@@ -10,7 +10,7 @@
 //! ```
 
 use super::reader::{Apt, AptReader};
-use super::statement::{Bad, Item, Place, Statement, Token};
+use super::statement::{AptStatement, Bad, Item, LineRange, Token};
 use super::technology::FeedUnit;
 use crate::channel::{Holes, Stroke, opposite};
 use crate::codes;
@@ -32,7 +32,7 @@ const SAME_MM: f64 = 1e-9;
 const LEAST_TPI: f64 = 1e-9;
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+enum HoleCycle {
     Drill,
     /// Full retraction after each infeed.
     Deep,
@@ -55,7 +55,7 @@ enum Retract {
 /// A cycle with its values, mm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cycle {
-    kind: Kind,
+    kind: HoleCycle,
     depth: f64,
     travel: f64,
     start: f64,
@@ -85,7 +85,7 @@ struct Values {
 }
 
 impl AptReader {
-    pub(crate) fn cycle_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn cycle_statement(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let Some(first) = st.items.first() else {
             return Err(st.head.bad(
                 codes::MISSING_VALUE,
@@ -121,21 +121,21 @@ impl AptReader {
         }
         let mut at = 1;
         let mut kind = match word.as_str() {
-            "DRILL" | "FACE" => Kind::Drill,
+            "DRILL" | "FACE" => HoleCycle::Drill,
             // If it has no word, its first value may be the diameter of the cone.
-            "CSINK" | "THRU" if st.items.get(1).is_some_and(|item| item.token == Token::Word) => Kind::Drill,
+            "CSINK" | "THRU" if st.items.get(1).is_some_and(|item| item.token == Token::Word) => HoleCycle::Drill,
             // CAMWorks gives the first infeed of DEEP2 and that of the others.
-            "DEEP" | "DEEP2" => Kind::Deep,
-            "BRKCHP" => Kind::BreakChip,
-            "BORE" | "REAM" => Kind::Bore,
-            "TAP" | "RIGID" => Kind::Tap,
+            "DEEP" | "DEEP2" => HoleCycle::Deep,
+            "BRKCHP" => HoleCycle::BreakChip,
+            "BORE" | "REAM" => HoleCycle::Bore,
+            "TAP" | "RIGID" => HoleCycle::Tap,
             _ => return Err(refused(&word, first)),
         };
         while let Some(item) = st.items.get(at).filter(|i| i.token == Token::Word) {
             kind = match (Self::word(source, item).as_str(), kind) {
-                ("DEEP", Kind::Drill) => Kind::Deep,
-                ("BRKCHP", Kind::Drill) => Kind::BreakChip,
-                ("RIGID", Kind::Tap) => Kind::Tap,
+                ("DEEP", HoleCycle::Drill) => HoleCycle::Deep,
+                ("BRKCHP", HoleCycle::Drill) => HoleCycle::BreakChip,
+                ("RIGID", HoleCycle::Tap) => HoleCycle::Tap,
                 ("DEEP" | "BRKCHP" | "BACK" | "NODRAG" | "DRAG" | "MANUAL" | "ORIENT", _) => {
                     return Err(refused(&format!("{word},{}", Self::word(source, item)), item));
                 }
@@ -248,7 +248,7 @@ impl AptReader {
         Ok(v)
     }
 
-    fn cycle_of(&self, kind: Kind, v: &Values, st: &Statement, first: &Item) -> Result<Cycle, Box<Bad>> {
+    fn cycle_of(&self, kind: HoleCycle, v: &Values, st: &AptStatement, first: &Item) -> Result<Cycle, Box<Bad>> {
         let Some(depth) = v.depth else {
             return Err(st.head.bad(codes::ARGUMENTS, "CYCLE has no depth", "write FEDTO or DEPTH with its value"));
         };
@@ -270,7 +270,7 @@ impl AptReader {
             let message = format!("infeeds of {step} mm to {depth} mm: the limit is {MAX_INFEEDS} infeeds");
             return Err(st.head.bad(codes::ARGUMENTS, message, "give a larger infeed"));
         }
-        if matches!(kind, Kind::Deep | Kind::BreakChip) && v.step.is_none() {
+        if matches!(kind, HoleCycle::Deep | HoleCycle::BreakChip) && v.step.is_none() {
             return Err(st.head.bad(
                 codes::ARGUMENTS,
                 "the deep hole has no infeed",
@@ -278,11 +278,11 @@ impl AptReader {
             ));
         }
         let idle = match kind {
-            Kind::Drill | Kind::Bore => {
+            HoleCycle::Drill | HoleCycle::Bore => {
                 v.step.or(v.next_step).map(|_| "INCR or STEP").or(v.pitch.map(|_| "PITCH or TPI"))
             }
-            Kind::Deep | Kind::BreakChip => v.pitch.map(|_| "PITCH or TPI"),
-            Kind::Tap => v.step.or(v.next_step).map(|_| "INCR or STEP"),
+            HoleCycle::Deep | HoleCycle::BreakChip => v.pitch.map(|_| "PITCH or TPI"),
+            HoleCycle::Tap => v.step.or(v.next_step).map(|_| "INCR or STEP"),
         };
         if let Some(word) = idle {
             let message = format!("{word} in a cycle that does not use it");
@@ -302,7 +302,7 @@ impl AptReader {
     }
 
     /// One hole at a point.
-    pub(crate) fn hole(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+    pub(crate) fn hole(&mut self, point: [f64; 3], place: LineRange) -> Result<(), Box<Bad>> {
         let Some(cycle) = self.own.cycle else {
             self.straight(point, false);
             return Ok(());
@@ -334,15 +334,15 @@ impl AptReader {
         let before = self.technology.feed;
         self.technology.feed = cycle.feed.or(self.technology.feed);
         self.need_feed();
-        if cycle.kind != Kind::Tap {
+        if cycle.kind != HoleCycle::Tap {
             self.tell_feed();
         }
         let (down, wait, up) = (Stroke::Feed(-cycle.depth), Stroke::Wait(cycle.dwell), Stroke::Feed(cycle.start));
         match cycle.kind {
-            Kind::Drill => self.course(&[down, wait], span)?,
-            Kind::Bore => self.course(&[down, wait, up], span)?,
-            Kind::Deep | Kind::BreakChip => self.deep(cycle, span)?,
-            Kind::Tap => self.tap(cycle, span)?,
+            HoleCycle::Drill => self.course(&[down, wait], span)?,
+            HoleCycle::Bore => self.course(&[down, wait, up], span)?,
+            HoleCycle::Deep | HoleCycle::BreakChip => self.deep(cycle, span)?,
+            HoleCycle::Tap => self.tap(cycle, span)?,
         }
         self.technology.feed = before;
         let retract = match (cycle.retract, self.own.cycle_from) {
@@ -366,7 +366,7 @@ impl AptReader {
             if reached >= cycle.depth - SAME_MM {
                 return Ok(());
             }
-            if cycle.kind == Kind::BreakChip {
+            if cycle.kind == HoleCycle::BreakChip {
                 self.course(&[Stroke::Feed(-reached + CHIP_LIFT_MM)], span)?;
             } else {
                 let ahead = (-reached + DEEP_AHEAD_MM).min(cycle.start);

@@ -1,12 +1,12 @@
 //! Items of statements that nothing uses: they are refused by name, like a word without a meaning.
 
 use super::reader::AptReader;
-use super::statement::{Bad, Statement, Token};
+use super::statement::{AptStatement, Bad, Token};
 use crate::codes;
 use crate::source::Source;
 
 /// Refuses the first item of a statement that exceeds what it takes.
-pub(super) fn all_used(source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+pub(super) fn all_used(source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
     let most = match st.major.as_str() {
         "STOP" | "OPSTOP" | "GOHOME" => 0,
         "UNIT" | "UNITS" | "MULTAX" => 1,
@@ -30,7 +30,7 @@ pub(super) fn all_used(source: &Source, st: &Statement) -> Result<(), Box<Bad>> 
 }
 
 /// Refuses a number beyond those that the statement takes, and a word that appears twice.
-fn once_each(source: &Source, st: &Statement, most: usize) -> Result<(), Box<Bad>> {
+fn once_each(source: &Source, st: &AptStatement, most: usize) -> Result<(), Box<Bad>> {
     let mut numbers = st.items.iter().filter(|item| matches!(item.token, Token::Number(_)));
     let extra = numbers.nth(most);
     let mut seen: Vec<String> = Vec::new();
@@ -56,7 +56,7 @@ fn once_each(source: &Source, st: &Statement, most: usize) -> Result<(), Box<Bad
 }
 
 /// Items of a tool statement after the number and its offset: lengths, positions in the magazine.
-pub(super) fn dimensions_of_tool(source: &Source, st: &Statement) -> Vec<String> {
+pub(super) fn dimensions_of_tool(source: &Source, st: &AptStatement) -> Vec<String> {
     let skip = usize::from(st.items.first().is_some_and(|item| AptReader::word(source, item) == "TOOL"));
     let mut rest = st.items.iter().skip(skip + 1).peekable();
     let mut beside = Vec::new();

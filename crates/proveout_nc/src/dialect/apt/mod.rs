@@ -28,13 +28,13 @@ mod words;
 mod writer;
 
 use super::Reader;
-use super::listed::Unlisted;
+use super::listed::UnlistedWords;
 use crate::control::words::{WordKey, word_key};
 use crate::diagnostic::Diagnostic;
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
 
-use statement::Statement;
+use statement::AptStatement;
 
 /// The reader of a program.
 pub(crate) fn open(source: Source, settings: &Settings) -> Box<dyn Reader> {
@@ -42,17 +42,17 @@ pub(crate) fn open(source: Source, settings: &Settings) -> Box<dyn Reader> {
 }
 
 /// Major words defined neither by the reader nor by the control file.
-pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
-    let mut statement = Statement::default();
+pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut UnlistedWords<'_>) {
+    let mut statement = AptStatement::default();
     let mut at = Mark::START;
     while let Some((result, next)) = statement::read(source, at, &mut statement) {
         match result {
             Err(bad) => found.faults.push(bad.diagnostic(source)),
             Ok(()) if !statement.major.is_empty() && !statement.assignment => {
                 let now = match words::classify(&statement.major) {
-                    words::Class::Unknown => Some("refused: unknown"),
-                    words::Class::Refused(_) => Some("refused: not supported"),
-                    words::Class::Done | words::Class::Note => None,
+                    words::MajorWordClass::Unknown => Some("refused: unknown"),
+                    words::MajorWordClass::Refused(_) => Some("refused: not supported"),
+                    words::MajorWordClass::Done | words::MajorWordClass::Note => None,
                 };
                 let key = word_key(&statement.major).filter(|key| matches!(key, WordKey::Name(_)));
                 let listed = settings.control.words.name(&statement.major).is_some();
@@ -71,7 +71,7 @@ pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut U
 /// All faults of single statements: grammar, and words that are refused in any context.
 pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
-    let mut statement = Statement::default();
+    let mut statement = AptStatement::default();
     let mut at = Mark::START;
     while let Some((result, next)) = statement::read(source, at, &mut statement) {
         let bad = match result {

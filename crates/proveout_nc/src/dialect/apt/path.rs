@@ -1,7 +1,7 @@
 //! Points, tool axis and coordinate systems.
 
 use super::reader::{AptReader, arity};
-use super::statement::{Bad, Place, Statement};
+use super::statement::{AptStatement, Bad, LineRange};
 use crate::codes;
 use crate::frame::{self, Frame};
 use crate::source::Source;
@@ -12,7 +12,7 @@ const AXIS_LENGTH: f64 = 1e-3;
 
 impl AptReader {
     /// Point and tool axis of a statement, mm.
-    pub(crate) fn pose(&mut self, source: &Source, st: &Statement) -> Result<[f64; 3], Box<Bad>> {
+    pub(crate) fn pose(&mut self, source: &Source, st: &AptStatement) -> Result<[f64; 3], Box<Bad>> {
         let mut n = [0.0; 6];
         let count = self.numbers(source, st, &mut n)?;
         match count {
@@ -49,13 +49,13 @@ impl AptReader {
         }
     }
 
-    pub(crate) fn goto(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn goto(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         self.take_path_tool();
         let point = self.pose(source, st)?;
         self.go_to(point, st.head)
     }
 
-    pub(crate) fn godlta(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn godlta(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         self.take_path_tool();
         let mut n = [0.0; 3];
         let step = match self.numbers(source, st, &mut n)? {
@@ -68,7 +68,7 @@ impl AptReader {
     }
 
     /// The programmed position.
-    pub(crate) fn here(&self, place: Place) -> Result<[f64; 3], Box<Bad>> {
+    pub(crate) fn here(&self, place: LineRange) -> Result<[f64; 3], Box<Bad>> {
         self.position.work.xyz().ok_or_else(|| {
             place.bad(codes::POSITION_UNKNOWN, "no point was programmed before", "begin with FROM or GOTO")
         })
@@ -76,7 +76,7 @@ impl AptReader {
 
     /// Moves to a point as the statements before have asked: along a circle, through a cycle, or
     /// straight.
-    pub(crate) fn go_to(&mut self, point: [f64; 3], place: Place) -> Result<(), Box<Bad>> {
+    pub(crate) fn go_to(&mut self, point: [f64; 3], place: LineRange) -> Result<(), Box<Bad>> {
         if let Some(circle) = self.own.circle.take() {
             return self.go_circle(&circle, point, place);
         }
@@ -121,7 +121,7 @@ impl AptReader {
     }
 
     /// FROM and HOME: the tool is at a point (FROM), and GOHOME goes there.
-    pub(crate) fn from(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn from(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let before = (self.own.axis, self.own.tcp);
         let point = self.pose(source, st)?;
         self.own.home = Some((point, self.own.axis));
@@ -136,7 +136,7 @@ impl AptReader {
     }
 
     /// To the point of FROM or HOME; without one to the reference point of the machine.
-    pub(crate) fn go_home(&mut self, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn go_home(&mut self, st: &AptStatement) -> Result<(), Box<Bad>> {
         let Some((point, axis)) = self.own.home else { return self.go_to_reference(st) };
         self.take_path_tool();
         self.own.rapid = false;
@@ -145,7 +145,7 @@ impl AptReader {
         Ok(())
     }
 
-    fn go_to_reference(&mut self, st: &Statement) -> Result<(), Box<Bad>> {
+    fn go_to_reference(&mut self, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut end = [0.0; 3];
         match self.settings.reference_points.clone() {
             Some(points) => {
@@ -171,7 +171,7 @@ impl AptReader {
         Ok(())
     }
 
-    pub(crate) fn multax(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn multax(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         match st.items.first().map(|i| Self::word(source, i)).as_deref() {
             None | Some("ON") => self.tcp_on(),
             Some("OFF") => {
@@ -188,7 +188,7 @@ impl AptReader {
     }
 
     /// TLAXIS/i,j,k: the tool axis of points without a vector.
-    pub(crate) fn tool_axis_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn tool_axis_statement(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 3];
         let count = self.numbers(source, st, &mut n)?;
         if count != 3 {
@@ -211,7 +211,7 @@ impl AptReader {
 
     /// MSYS/origin, x axis, y axis: the coordinate system of an NX operation. The first one is that
     /// of the program; later ones are relative to it.
-    pub(crate) fn msys(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn msys(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 9];
         let count = self.numbers(source, st, &mut n)?;
         if count != 9 {
@@ -256,7 +256,7 @@ impl AptReader {
     }
 
     /// ORIGIN, TRANS.
-    pub(crate) fn shift_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn shift_statement(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 9];
         let count = self.numbers(source, st, &mut n)?;
         if st.major == "ORIGIN" {

@@ -6,13 +6,13 @@
 //! text: it is not followed, and an assumption says so.
 
 use super::reader::AptReader;
-use super::statement::{Bad, Statement};
+use super::statement::{AptStatement, Bad};
 use super::technology::unquoted;
 use crate::codes;
 use crate::source::Source;
 
 impl AptReader {
-    pub(crate) fn post_text(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn post_text(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let text = unquoted(st.literal.text(source)).to_owned();
         let body = text.trim().trim_end_matches('$').trim();
         let word = &st.major;

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use super::drilling::Cycle;
 use super::recover;
-use super::statement::{self, Bad, Item, Place, Statement, Token};
-use super::words::{self, Class};
+use super::statement::{self, AptStatement, Bad, Item, LineRange, Token};
+use super::words::{self, MajorWordClass};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{Channel, Failed, Language, Section, UsualFeed};
+use crate::channel::{Channel, FailedBlock, Language, ProgramSection, UsualFeed};
 use crate::codes;
 use crate::control::{Control, Meaning, MixedFeed};
 use crate::diagnostic::{Diagnostic, Span};
@@ -53,7 +53,7 @@ pub(crate) struct Apt {
     pub(crate) shift: [f64; 3],
     pub(crate) first_msys: Option<Frame>,
     /// What the text says about itself.
-    pub(crate) facts: super::writer::Facts,
+    pub(crate) facts: super::writer::ClDataFacts,
     /// The last statement was END-OF-PATH of an NX operation.
     path_ended: bool,
     /// mm of a length unit.
@@ -116,14 +116,14 @@ pub(super) fn begin(source: Source, settings: &Settings) -> AptReader {
         path_tool: None,
         pending_tool: None,
     };
-    let whole = Section { start: Mark::START, end: source.text.len() };
+    let whole = ProgramSection { start: Mark::START, end: source.text.len() };
     Channel::new(source, None, settings, own, |()| (whole, ()), (), ())
 }
 
 impl Language for Apt {
     type Index = ();
     type Level = ();
-    type Block = Statement;
+    type Block = AptStatement;
     type Mark = ();
     type Variables = ();
     type Modal = ();
@@ -177,12 +177,12 @@ impl Language for Apt {
         recover::settle_doubt(channel);
     }
 
-    fn give_up(channel: &mut AptReader, _failed: &Failed<()>) {
+    fn give_up(channel: &mut AptReader, _failed: &FailedBlock<()>) {
         channel.own.circle = None;
         channel.own.forward = None;
     }
 
-    fn go_on(channel: &mut AptReader, _failed: &Failed<()>) -> Option<Doubt> {
+    fn go_on(channel: &mut AptReader, _failed: &FailedBlock<()>) -> Option<Doubt> {
         channel.block.as_deref().map(recover::doubt_of)
     }
 
@@ -192,7 +192,7 @@ impl Language for Apt {
 }
 
 impl AptReader {
-    fn run(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn run(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         if st.major.is_empty() {
             return Ok(());
         }
@@ -239,7 +239,7 @@ impl AptReader {
         if self.listed_word(&st.major) {
             return Ok(());
         }
-        if words::classify(&st.major) == Class::Note {
+        if words::classify(&st.major) == MajorWordClass::Note {
             let text = line.get(st.head.span.start as usize..end as usize).unwrap_or(line);
             self.note(text.trim());
             return Ok(());
@@ -303,7 +303,7 @@ impl AptReader {
     }
 
     /// `NAME=3.5`.
-    fn assign(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn assign(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let place = st.head;
         match st.items.as_slice() {
             [item] => {
@@ -353,7 +353,7 @@ impl AptReader {
     pub(crate) fn numbers<const N: usize>(
         &self,
         source: &Source,
-        st: &Statement,
+        st: &AptStatement,
         out: &mut [f64; N],
     ) -> Result<usize, Box<Bad>> {
         for (item, slot) in st.items.iter().zip(out.iter_mut()) {
@@ -367,7 +367,7 @@ impl AptReader {
         item.place.text(source).to_ascii_uppercase()
     }
 
-    pub(crate) fn units(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn units(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let word = st.items.first().map(|i| Self::word(source, i)).unwrap_or_default();
         self.own.unit = match word.as_str() {
             "MM" => 1.0,
@@ -399,7 +399,7 @@ impl AptReader {
 }
 
 /// The fault of a statement whose word is not valid in any state.
-pub(crate) fn refused_word(st: &Statement, control: &Control) -> Option<Box<Bad>> {
+pub(crate) fn refused_word(st: &AptStatement, control: &Control) -> Option<Box<Bad>> {
     if st.major.is_empty() || st.assignment {
         return None;
     }
@@ -410,11 +410,13 @@ pub(crate) fn refused_word(st: &Statement, control: &Control) -> Option<Box<Bad>
     }
     let help = "correct the word, or make it a comment with `$$` when it has no effect";
     match words::classify(&st.major) {
-        Class::Done | Class::Note => None,
-        Class::Refused(remedy) => {
+        MajorWordClass::Done | MajorWordClass::Note => None,
+        MajorWordClass::Refused(remedy) => {
             Some(st.head.bad(codes::UNSUPPORTED_WORD, format!("`{}` is not supported", st.major), remedy))
         }
-        Class::Unknown => Some(st.head.bad(codes::UNKNOWN_WORD, format!("unknown word `{}`", shown(&st.major)), help)),
+        MajorWordClass::Unknown => {
+            Some(st.head.bad(codes::UNKNOWN_WORD, format!("unknown word `{}`", shown(&st.major)), help))
+        }
     }
 }
 
@@ -424,6 +426,6 @@ fn shown(word: &str) -> String {
 }
 
 /// The fault of a statement that takes a certain number of items and has another number of them.
-pub(crate) fn arity(place: Place, word: &str, count: usize, want: &str) -> Box<Bad> {
+pub(crate) fn arity(place: LineRange, word: &str, count: usize, want: &str) -> Box<Bad> {
     place.bad(codes::ARGUMENTS, format!("{word} with {count} values"), format!("give {want}"))
 }

@@ -1,9 +1,9 @@
 //! Continues after a fault, for [`crate::check`], and classifies the text after the end.
 
 use super::reader::AptReader;
-use super::statement::{self, Statement};
-use super::words::{self, Class};
-use crate::channel::coverage::{Flow, Layout, Role};
+use super::statement::{self, AptStatement};
+use super::words::{self, MajorWordClass};
+use crate::channel::coverage::{Flow, Layout, LineRole};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::codes;
 use crate::diagnostic::Diagnostic;
@@ -40,7 +40,7 @@ pub(super) fn settle_doubt(channel: &mut AptReader) {
 }
 
 /// What a failed statement leaves in doubt.
-pub(super) fn doubt_of(statement: &Statement) -> Doubt {
+pub(super) fn doubt_of(statement: &AptStatement) -> Doubt {
     if statement.assignment {
         return Doubt { values: true, ..Doubt::NONE };
     }
@@ -60,14 +60,14 @@ pub(super) fn doubt_of(statement: &Statement) -> Doubt {
 
 pub(super) fn not_run(channel: &AptReader) -> Vec<NotRun> {
     // Statements can take several lines: each line has the role of its statement.
-    let mut roles = vec![Role::default()];
-    let (mut read, mut at) = (Statement::default(), Mark::START);
+    let mut roles = vec![LineRole::default()];
+    let (mut read, mut at) = (AptStatement::default(), Mark::START);
     while let Some((_, next)) = statement::read(&channel.main.source, at, &mut read) {
         let code = !read.major.is_empty()
             && !matches!(read.major.as_str(), "FINI" | "END" | "PARTNO")
-            && words::classify(&read.major) != Class::Note;
+            && words::classify(&read.major) != MajorWordClass::Note;
         let moves = matches!(read.major.as_str(), "GOTO" | "GODLTA" | "GOHOME" | "TLON,GOFWD");
-        roles.resize(next.line as usize, Role { code, moves, flow: Flow::On });
+        roles.resize(next.line as usize, LineRole { code, moves, flow: Flow::On });
         at = next;
     }
     let layout = Layout {

@@ -8,14 +8,14 @@ use crate::source::{Mark, Source};
 
 /// A stretch of one line.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct LineRange {
     /// The line.
     pub(crate) mark: Mark,
     /// Bytes of the line.
     pub(crate) span: Span,
 }
 
-impl Place {
+impl LineRange {
     pub(crate) fn bad(self, code: &'static str, message: impl Into<String>, help: impl Into<String>) -> Box<Bad> {
         self.with(Fault::new(code, self.span, message).help(help))
     }
@@ -59,27 +59,27 @@ pub(crate) enum Token {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Item {
     pub(crate) token: Token,
-    pub(crate) place: Place,
+    pub(crate) place: LineRange,
 }
 
 /// One statement; used again for the next one, so that plain statements allocate nothing.
 #[derive(Debug)]
-pub(crate) struct Statement {
+pub(crate) struct AptStatement {
     /// Major word: upper case, single blanks inside (`TOOL PATH`), none next to commas
     /// (`TLON,GOFWD`). Empty for a line without a statement.
     pub(crate) major: String,
-    pub(crate) head: Place,
+    pub(crate) head: LineRange,
     /// Items after the slash.
     pub(crate) items: Vec<Item>,
     /// The rest of the line for words that take a text (`PPRINT`).
-    pub(crate) literal: Place,
+    pub(crate) literal: LineRange,
     /// `NAME = ...`.
     pub(crate) assignment: bool,
 }
 
-impl Default for Statement {
+impl Default for AptStatement {
     fn default() -> Self {
-        let nowhere = Place { mark: Mark::START, span: Span::default() };
+        let nowhere = LineRange { mark: Mark::START, span: Span::default() };
         Self { major: String::new(), head: nowhere, items: Vec::new(), literal: nowhere, assignment: false }
     }
 }
@@ -92,7 +92,7 @@ const TEXTS: [&str; 12] = [
 
 /// Reads the statement that begins at a line, and returns the line after it; none at the end of the
 /// text.
-pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Result<(), Box<Bad>>, Mark)> {
+pub(crate) fn read(source: &Source, at: Mark, out: &mut AptStatement) -> Option<(Result<(), Box<Bad>>, Mark)> {
     let (line, mut next) = source.line(at)?;
     out.items.clear();
     out.major.clear();
@@ -100,7 +100,7 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
     let (code, mut open) = code_of(line);
     let start = code.len() - code.trim_start().len();
     let body = &code[start..];
-    out.head = Place { mark: at, span: Span::new(start, start) };
+    out.head = LineRange { mark: at, span: Span::new(start, start) };
     out.literal = out.head;
     if body.is_empty() {
         if line.trim_start().starts_with("$$->") && line.trim_end().ends_with('$') {
@@ -128,7 +128,7 @@ pub(crate) fn read(source: &Source, at: Mark, out: &mut Statement) -> Option<(Re
     let mut last = at;
     while open {
         let Some((line, after)) = source.line(next) else {
-            let place = Place { mark: last, span: Span::new(0, source.line(last).map_or(0, |(l, _)| l.len())) };
+            let place = LineRange { mark: last, span: Span::new(0, source.line(last).map_or(0, |(l, _)| l.len())) };
             let fault = place.bad(
                 codes::SYNTAX,
                 "the text ends in a statement that `$` continues",
@@ -210,7 +210,7 @@ fn items(code: &str, from: usize, mark: Mark, value: &mut bool, out: &mut Vec<It
             return Ok(());
         }
         let start = s.pos();
-        let place = |s: &Scanner<'_>| Place { mark, span: s.span_from(start) };
+        let place = |s: &Scanner<'_>| LineRange { mark, span: s.span_from(start) };
         if s.take(b',') {
             if !*value {
                 return Err(place(&s).bad(codes::SYNTAX, "no value before this comma", "write the value"));
@@ -292,7 +292,7 @@ mod tests {
 
     fn parse(text: &str) -> (String, Vec<Token>, bool) {
         let source = Source::new("t", text.to_owned());
-        let mut statement = Statement::default();
+        let mut statement = AptStatement::default();
         let (result, _) = read(&source, Mark::START, &mut statement).unwrap();
         let tokens = statement.items.iter().map(|i| i.token).collect();
         (statement.major, tokens, result.is_ok())

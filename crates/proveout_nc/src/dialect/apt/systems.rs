@@ -8,7 +8,7 @@
 //! ```
 
 use super::reader::{AptReader, arity};
-use super::statement::{Bad, Statement};
+use super::statement::{AptStatement, Bad};
 use crate::codes;
 use crate::source::Source;
 
@@ -19,7 +19,7 @@ const SAME: f64 = 1e-6;
 impl AptReader {
     /// CSYS: only the system of the program itself. Whether the points of another system refer to
     /// it or to the part depends on the setup of the CAM system.
-    pub(crate) fn csys(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn csys(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 12];
         let count = self.numbers(source, st, &mut n)?;
         if count != 12 {
@@ -38,7 +38,7 @@ impl AptReader {
     }
 
     /// TRNTYP/WORLD,0,0,0: the points are those of the part.
-    pub(crate) fn transform_type(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn transform_type(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let word = st.items.first().map(|item| Self::word(source, item)).unwrap_or_default();
         let rest = st.items.get(1..).unwrap_or_default();
         let values = rest.iter().map(|item| self.number(source, item)).collect::<Result<Vec<f64>, _>>()?;

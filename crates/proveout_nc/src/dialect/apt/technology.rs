@@ -1,7 +1,7 @@
 //! Feed, spindle, tool, coolant, texts, stops.
 
 use super::reader::{AptReader, INCH, arity};
-use super::statement::{Bad, Item, Statement, Token};
+use super::statement::{AptStatement, Bad, Item, Token};
 use crate::channel::direction_of;
 use crate::codes;
 use crate::source::Source;
@@ -46,7 +46,7 @@ impl AptReader {
         })
     }
 
-    pub(crate) fn feed_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn feed_statement(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let (mut value, mut unit) = (None, None);
         for item in &st.items {
             if item.token == Token::Word
@@ -70,7 +70,7 @@ impl AptReader {
     }
 
     /// Words that are neither points nor coordinate systems.
-    pub(crate) fn technology(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    pub(crate) fn technology(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         match st.major.as_str() {
             "SPINDL" => self.spindle_statement(source, st),
             "COOLNT" => self.coolant_statement(source, st),
@@ -115,7 +115,7 @@ impl AptReader {
     }
 
     /// SPINDL/[RPM,]speed[,RPM][,CLW], SPINDL/CLW, SPINDL/ON, SPINDL/OFF.
-    fn spindle_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn spindle_statement(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut direction = None;
         let mut speed = None;
         for item in &st.items {
@@ -162,7 +162,7 @@ impl AptReader {
         Ok(())
     }
 
-    fn coolant_statement(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn coolant_statement(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut words: Vec<String> = st.items.iter().map(|i| Self::word(source, i)).collect();
         if words.is_empty() {
             words.push("ON".to_owned());
@@ -189,7 +189,7 @@ impl AptReader {
     }
 
     /// Number of a tool, and of its offset if the statement gives one.
-    fn tool_number(&self, source: &Source, st: &Statement) -> Result<(ToolName, Option<u32>), Box<Bad>> {
+    fn tool_number(&self, source: &Source, st: &AptStatement) -> Result<(ToolName, Option<u32>), Box<Bad>> {
         let skip = usize::from(st.items.first().is_some_and(|i| Self::word(source, i) == "TOOL"));
         let Some(item) = st.items.get(skip) else {
             let message = format!("{} has no tool number", st.major);
@@ -220,7 +220,7 @@ impl AptReader {
         Ok((name, edge))
     }
 
-    fn load_tool(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn load_tool(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let (tool, edge) = self.tool_number(source, st)?;
         self.own.tool_loaded = true;
         self.own.pending_tool = None;
@@ -231,7 +231,7 @@ impl AptReader {
 
     /// Notes the items of a tool statement other than the tool and its offset: the tool library
     /// gives dimensions.
-    fn note_dimensions(&mut self, source: &Source, st: &Statement) {
+    fn note_dimensions(&mut self, source: &Source, st: &AptStatement) {
         let dimensions = super::items::dimensions_of_tool(source, st);
         if !dimensions.is_empty() {
             self.note(format!(
@@ -243,7 +243,7 @@ impl AptReader {
     }
 
     /// TOOL PATH/operation,TOOL,name: the tool of an NX operation, where the program loads none by number.
-    fn tool_path(&mut self, source: &Source, st: &Statement) {
+    fn tool_path(&mut self, source: &Source, st: &AptStatement) {
         let name =
             st.items.iter().skip(1).position(|i| Self::word(source, i) == "TOOL").and_then(|at| st.items.get(at + 2));
         let name = name.map(|i| unquoted(i.place.text(source)).to_owned());
@@ -258,7 +258,7 @@ impl AptReader {
     }
 
     /// CUTCOM/LEFT|RIGHT|ON|OFF[,offset][,XYPLAN].
-    fn cutcom(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn cutcom(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut side = None;
         let mut offset = None;
         for item in &st.items {
@@ -303,7 +303,7 @@ impl AptReader {
     }
 
     /// DELAY/seconds, DELAY/revolutions,REV.
-    fn delay(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn delay(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let (mut value, mut revolutions) = (None, false);
         for item in &st.items {
             match Self::word(source, item).as_str() {
@@ -324,7 +324,7 @@ impl AptReader {
     }
 
     /// AUXFUN/n: M word.
-    fn auxiliary(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn auxiliary(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 1];
         let count = self.numbers(source, st, &mut n)?;
         if count != 1 {
@@ -351,7 +351,7 @@ impl AptReader {
     }
 
     /// PREFUN/n: G word; work offsets are read.
-    fn preparatory(&mut self, source: &Source, st: &Statement) -> Result<(), Box<Bad>> {
+    fn preparatory(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut n = [0.0; 1];
         let count = self.numbers(source, st, &mut n)?;
         let whole = n[0].fract() == 0.0;

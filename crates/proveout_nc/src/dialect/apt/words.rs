@@ -2,7 +2,7 @@
 
 /// How a word is treated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Class {
+pub(crate) enum MajorWordClass {
     /// The reader executes it.
     Done,
     /// Reported in a note, without effect on motion, removal or time.
@@ -178,18 +178,18 @@ pub(crate) const REFUSED: [(&str, &str); 51] = [
 ];
 
 /// What is done with a major word.
-pub(crate) fn classify(major: &str) -> Class {
+pub(crate) fn classify(major: &str) -> MajorWordClass {
     // The words of a path come first: they make up nearly all of a file.
     if matches!(major, "GOTO" | "FEDRAT" | "RAPID") || DONE.binary_search(&major).is_ok() {
-        return Class::Done;
+        return MajorWordClass::Done;
     }
     // CAMWorks writes lengths of the tool with words of its own: CSI_SET_FLUTE_LENGTH.
     if NOTES.binary_search(&major).is_ok() || major.starts_with("CSI_SET_") {
-        return Class::Note;
+        return MajorWordClass::Note;
     }
     match REFUSED.binary_search_by_key(&major, |(word, _)| word) {
-        Ok(at) => Class::Refused(REFUSED[at].1),
-        Err(_) => Class::Unknown,
+        Ok(at) => MajorWordClass::Refused(REFUSED[at].1),
+        Err(_) => MajorWordClass::Unknown,
     }
 }
 
@@ -210,7 +210,7 @@ mod tests {
         let noted = words(row("a note"));
         assert!(noted.len() > 15, "{noted:?}");
         for word in noted.into_iter().filter(|w| *w != "INSERT") {
-            assert_eq!(classify(word), Class::Note, "{word}");
+            assert_eq!(classify(word), MajorWordClass::Note, "{word}");
         }
         // Words of single statements that are executed otherwise.
         let minors = [
@@ -220,13 +220,13 @@ mod tests {
         let refused = words(row("refused by name"));
         assert!(refused.len() > 15, "{refused:?}");
         for word in refused.into_iter().filter(|w| !minors.contains(w)) {
-            assert!(matches!(classify(word), Class::Refused(_)), "{word}");
+            assert!(matches!(classify(word), MajorWordClass::Refused(_)), "{word}");
         }
         for word in [
             "GOTO", "FROM", "RAPID", "FEDRAT", "LOADTL", "SPINDL", "COOLNT", "CIRCLE", "CYCLE", "MULTAX", "UNITS",
             "PPRINT", "GODLTA",
         ] {
-            assert_eq!(classify(word), Class::Done);
+            assert_eq!(classify(word), MajorWordClass::Done);
             assert!(section.contains(word), "{word}");
         }
     }

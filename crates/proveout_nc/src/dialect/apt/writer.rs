@@ -12,7 +12,7 @@
 //! feed names a unit either, mm is assumed.
 
 use super::reader::INCH;
-use super::statement::{self, Statement, Token};
+use super::statement::{self, AptStatement, Token};
 use crate::frame;
 use crate::source::{Mark, Source};
 
@@ -23,7 +23,7 @@ const MAX_CIRCLES: usize = 5000;
 
 /// What the text contains.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Facts {
+pub(crate) struct ClDataFacts {
     /// CIRCLE runs clockwise about its normal.
     pub(crate) clockwise: bool,
     /// The assumption about the sense of circles.
@@ -41,7 +41,7 @@ pub(crate) struct Facts {
 
 /// The system that wrote CL data, as far as it makes a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Writer {
+enum ClDataWriter {
     Nx,
     /// Creo, `CAMWorks`, CATIA, and what this program writes.
     RightHand(&'static str),
@@ -58,7 +58,7 @@ struct Votes {
 
 /// A circle of the text with its points.
 #[derive(Clone, Copy, Debug)]
-struct Circle {
+struct ClDataCircle {
     center: [f64; 3],
     normal: [f64; 3],
     start: [f64; 3],
@@ -67,7 +67,7 @@ struct Circle {
 }
 
 impl Votes {
-    fn take(&mut self, circle: &Circle, behind: Option<[f64; 3]>) {
+    fn take(&mut self, circle: &ClDataCircle, behind: Option<[f64; 3]>) {
         let Some(end) = circle.end else { return };
         let at = |point: [f64; 3], along: Option<[f64; 3]>| {
             let tangent = frame::unit(frame::cross(circle.normal, frame::sub(point, circle.center)))?;
@@ -85,9 +85,9 @@ impl Votes {
 }
 
 /// Reads the whole text.
-pub(crate) fn facts(source: &Source, stated_clockwise: Option<bool>, stated_unit: Option<f64>) -> Facts {
-    let mut look = Look::default();
-    let (mut st, mut at) = (Statement::default(), Mark::START);
+pub(crate) fn facts(source: &Source, stated_clockwise: Option<bool>, stated_unit: Option<f64>) -> ClDataFacts {
+    let mut look = ClDataScan::default();
+    let (mut st, mut at) = (AptStatement::default(), Mark::START);
     let circles = contains(&source.text, "CIRCLE");
     while let Some((result, next)) = statement::read(source, at, &mut st) {
         if result.is_ok() && !st.assignment {
@@ -101,7 +101,7 @@ pub(crate) fn facts(source: &Source, stated_clockwise: Option<bool>, stated_unit
             break;
         }
     }
-    let mut found = Facts::default();
+    let mut found = ClDataFacts::default();
     look.sense(stated_clockwise, &mut found);
     look.unit(stated_unit, &mut found);
     found
@@ -112,7 +112,7 @@ fn contains(text: &str, word: &str) -> bool {
 }
 
 #[derive(Debug, Default)]
-struct Look {
+struct ClDataScan {
     nx: u32,
     eleven: u32,
     right_hand: Option<&'static str>,
@@ -120,7 +120,7 @@ struct Look {
     here: Option<[f64; 3]>,
     /// Direction of the last straight motion.
     along: Option<[f64; 3]>,
-    open: Option<Circle>,
+    open: Option<ClDataCircle>,
     rapid: bool,
     /// UNITS comes before the first length.
     covered: bool,
@@ -129,7 +129,7 @@ struct Look {
     mm_feed: Option<u32>,
 }
 
-impl Look {
+impl ClDataScan {
     fn remark(&mut self, source: &Source, at: Mark) {
         let line = source.line(at).map_or("", |(line, _)| line).trim_start();
         if line.starts_with("$$*") && contains(line, "Pro/CLfile") || line.starts_with("$$->") {
@@ -141,7 +141,7 @@ impl Look {
         }
     }
 
-    fn statement(&mut self, source: &Source, st: &Statement, line: u32, circles: bool) {
+    fn statement(&mut self, source: &Source, st: &AptStatement, line: u32, circles: bool) {
         match st.major.as_str() {
             "" => self.remark(source, st.head.mark),
             "TOOL PATH" | "TLDATA" | "PAINT" | "END-OF-PATH" | "MSYS" => {
@@ -173,7 +173,7 @@ impl Look {
         }
     }
 
-    fn feed_words(&mut self, source: &Source, st: &Statement, line: u32) {
+    fn feed_words(&mut self, source: &Source, st: &AptStatement, line: u32) {
         for item in st.items.iter().filter(|item| item.token == Token::Word) {
             match item.place.text(source).to_ascii_uppercase().as_str() {
                 "IPM" | "IPR" | "FPM" => _ = self.inch_feed.get_or_insert(line),
@@ -183,7 +183,7 @@ impl Look {
         }
     }
 
-    fn circle(&mut self, st: &Statement) {
+    fn circle(&mut self, st: &AptStatement) {
         let values = numbers(st);
         if values.len() >= 11 {
             self.eleven += 1;
@@ -194,11 +194,11 @@ impl Look {
         let Some(normal) = frame::unit([*i, *j, *k]) else { return };
         if self.votes.circles < MAX_CIRCLES {
             self.open =
-                Some(Circle { center: [*x, *y, *z], normal, start: here, end: None, before: self.along.take() });
+                Some(ClDataCircle { center: [*x, *y, *z], normal, start: here, end: None, before: self.along.take() });
         }
     }
 
-    fn motion(&mut self, st: &Statement) {
+    fn motion(&mut self, st: &AptStatement) {
         let rapid = std::mem::take(&mut self.rapid);
         let values = numbers(st);
         let point = match (st.major.as_str(), values.as_slice()) {
@@ -226,12 +226,12 @@ impl Look {
         }
     }
 
-    fn sense(&mut self, stated: Option<bool>, found: &mut Facts) {
+    fn sense(&mut self, stated: Option<bool>, found: &mut ClDataFacts) {
         self.close(None);
         let writer = match (self.right_hand, self.nx > 0 || self.eleven > 0) {
-            (None, true) => Writer::Nx,
-            (Some(name), _) => Writer::RightHand(name),
-            (None, false) => Writer::Unknown,
+            (None, true) => ClDataWriter::Nx,
+            (Some(name), _) => ClDataWriter::RightHand(name),
+            (None, false) => ClDataWriter::Unknown,
         };
         if let Some(clockwise) = stated {
             found.clockwise = clockwise;
@@ -245,10 +245,12 @@ impl Look {
         let by_tangents = clockwise > counter_clockwise;
         let name = |clockwise: bool| if clockwise { "clockwise" } else { "counter-clockwise" };
         let (by_head, head) = match writer {
-            Writer::Nx => (Some(true), "NX writes them clockwise"),
-            Writer::RightHand("Creo") => (Some(false), "Creo writes them counter-clockwise"),
-            Writer::RightHand(_) => (Some(false), "the system that wrote this file writes them counter-clockwise"),
-            Writer::Unknown => (None, "the file does not state which system wrote it"),
+            ClDataWriter::Nx => (Some(true), "NX writes them clockwise"),
+            ClDataWriter::RightHand("Creo") => (Some(false), "Creo writes them counter-clockwise"),
+            ClDataWriter::RightHand(_) => {
+                (Some(false), "the system that wrote this file writes them counter-clockwise")
+            }
+            ClDataWriter::Unknown => (None, "the file does not state which system wrote it"),
         };
         let decided = clockwise != counter_clockwise;
         found.clockwise = if decided { by_tangents } else { by_head.unwrap_or(false) };
@@ -266,7 +268,7 @@ impl Look {
         };
     }
 
-    fn unit(&self, stated: Option<f64>, found: &mut Facts) {
+    fn unit(&self, stated: Option<f64>, found: &mut ClDataFacts) {
         if self.covered || !self.has_length || stated.is_some() {
             return;
         }
@@ -295,7 +297,7 @@ impl Look {
 }
 
 /// The numbers that a statement begins with.
-fn numbers(st: &Statement) -> Vec<f64> {
+fn numbers(st: &AptStatement) -> Vec<f64> {
     let number = |item: &statement::Item| match item.token {
         Token::Number(value) if value.is_finite() => Some(value),
         _ => None,

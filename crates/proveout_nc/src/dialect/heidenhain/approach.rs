@@ -15,9 +15,9 @@
 //! for LN, CT and LCT.
 
 use super::circle::FULL_CIRCLE;
-use super::interpreter::Interpreter;
 use super::motion::Goal;
-use super::words::{Lead, Side, Words};
+use super::run_state::Interpreter;
+use super::words::{Lead, RadiusSide, Words};
 use crate::arc::{self, PlaneArc};
 use crate::channel::arc_fault;
 use crate::codes;
@@ -39,7 +39,7 @@ pub(crate) struct Approach {
     radius: f64,
     /// Radian.
     angle: f64,
-    side: Side,
+    side: RadiusSide,
     rapid: bool,
     feed_before: Option<Feed>,
     feed: Option<Feed>,
@@ -122,12 +122,12 @@ impl Interpreter {
         Ok(found)
     }
 
-    fn lead_side(lead: Lead, side: Side, span: Span) -> Result<f64, Fault> {
+    fn lead_side(lead: Lead, side: RadiusSide, span: Span) -> Result<f64, Fault> {
         match side {
-            Side::Left => Ok(1.0),
-            Side::Right => Ok(-1.0),
-            Side::Off if lead == Lead::LineTangent => Ok(0.0),
-            Side::Off => Err(super::lexer::refused(
+            RadiusSide::Left => Ok(1.0),
+            RadiusSide::Right => Ok(-1.0),
+            RadiusSide::Off if lead == Lead::LineTangent => Ok(0.0),
+            RadiusSide::Off => Err(super::lexer::refused(
                 "APPR or DEP with R0",
                 span,
                 "write RL or RR, which say on which side the contour is approached",
@@ -149,7 +149,7 @@ impl Interpreter {
             return Err(no_contour(span));
         }
         let [length, radius, angle] = self.lead_words(lead, w, span)?;
-        let side = self.modal.side.unwrap_or(Side::Off);
+        let side = self.modal.side.unwrap_or(RadiusSide::Off);
         Self::lead_side(lead, side, span)?;
         self.need_feed(span)?;
         let (from, from_base) = (self.position.work, self.position.base);
@@ -271,7 +271,7 @@ impl Interpreter {
             return Err(Fault::new(codes::NO_FEED, span, "a departure needs a feed and has FMAX").help("write F"));
         }
         let [length, radius, angle] = self.lead_words(lead, w, span)?;
-        if matches!(w.side, Some(Side::Left | Side::Right)) {
+        if matches!(w.side, Some(RadiusSide::Left | RadiusSide::Right)) {
             return Err(Fault::new(codes::CONFLICT, span, "DEP does not take `RL` or `RR`: it ends the compensation")
                 .help("remove it"));
         }
@@ -284,7 +284,7 @@ impl Interpreter {
             )
             .help("remove the coordinates, or write DEP LCT"));
         }
-        let side = Self::lead_side(lead, self.modal.departing.unwrap_or(Side::Off), span)?;
+        let side = Self::lead_side(lead, self.modal.departing.unwrap_or(RadiusSide::Off), span)?;
         let [u, v, n] = self.modal.plane_axes();
         let last = self.flat(span)?;
         let Some((t, left)) = self.modal.tangent.and_then(sides) else {
@@ -315,16 +315,16 @@ impl Interpreter {
                 let arc = arc::from_center(last, helper, center, side < 0.0, EXACT)
                     .map_err(|f| arc_fault(f, EXACT, FULL_CIRCLE, span))?;
                 self.lead_on(helper, Some((arc, side < 0.0)), span)?;
-                self.compensation(Side::Off);
+                self.compensation(RadiusSide::Off);
                 self.lead_on(end, None, span)?;
             }
         }
         if w.programmed >> n & 1 == 1 {
-            self.compensation(Side::Off);
+            self.compensation(RadiusSide::Off);
             let at = self.flat(span)?;
             self.lead_to(at, goal.end.get(n), false, span)?;
         }
-        self.compensation(Side::Off);
+        self.compensation(RadiusSide::Off);
         Ok(())
     }
 }

@@ -8,9 +8,9 @@
 
 use std::f64::consts::TAU;
 
-use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::{Goal, LINEAR};
-use super::words::{Coordinate, Side, Words};
+use super::run_state::{Heidenhain, Interpreter};
+use super::words::{Coordinate, RadiusSide, Words};
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::channel::{Language, arc_fault};
 use crate::codes;
@@ -325,7 +325,7 @@ impl Interpreter {
     fn needs_no_plane(&self, span: Span) -> Result<(), Fault> {
         if self.modal.corner.is_none()
             && self.modal.approach.is_none()
-            && self.modal.side.unwrap_or(Side::Off) == Side::Off
+            && self.modal.side.unwrap_or(RadiusSide::Off) == RadiusSide::Off
         {
             return Ok(());
         }

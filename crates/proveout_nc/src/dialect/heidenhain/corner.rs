@@ -15,9 +15,9 @@
 
 use std::f64::consts::TAU;
 
-use super::interpreter::Interpreter;
 use super::motion::{Goal, ROTARY};
-use super::words::{Path, Words};
+use super::run_state::Interpreter;
+use super::words::{PathFunction, Words};
 use crate::arc::PlaneArc;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -35,7 +35,7 @@ type Point = [f64; 2];
 
 /// A corner that waits for its second element.
 #[derive(Clone, Debug)]
-pub(crate) struct Corner {
+pub(crate) struct PendingCorner {
     chamfer: bool,
     /// Radius or side, mm.
     size: f64,
@@ -44,7 +44,7 @@ pub(crate) struct Corner {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Element {
+enum CornerElement {
     Line { from: Point, to: Point },
     Arc { center: Point, radius: f64, from: Point, to: Point, sweep: f64, ccw: bool },
 }
@@ -82,7 +82,7 @@ fn turned(center: Point, a: Point, b: Point, ccw: bool) -> f64 {
     if angle < 0.0 { angle + TAU } else { angle }
 }
 
-impl Element {
+impl CornerElement {
     /// Direction of motion at the start or at the end.
     fn direction(&self, at_end: bool) -> Option<Point> {
         match *self {
@@ -123,17 +123,19 @@ impl Element {
 }
 
 /// Points where two elements, each moved to the left by `shift`, meet.
-fn meets(a: &Element, b: &Element, shift: f64) -> Vec<Point> {
+fn meets(a: &CornerElement, b: &CornerElement, shift: f64) -> Vec<Point> {
     // A moved line is a point and a direction, a moved arc a center and a radius.
-    enum Moved {
+    enum OffsetElement {
         Line(Point, Point),
         Circle(Point, f64),
     }
-    let moved = |e: &Element| match *e {
-        Element::Line { from, to } => unit(minus(to, from)).map(|d| Moved::Line(along(from, [-d[1], d[0]], shift), d)),
-        Element::Arc { center, radius, ccw, .. } => {
+    let moved = |e: &CornerElement| match *e {
+        CornerElement::Line { from, to } => {
+            unit(minus(to, from)).map(|d| OffsetElement::Line(along(from, [-d[1], d[0]], shift), d))
+        }
+        CornerElement::Arc { center, radius, ccw, .. } => {
             let r = if ccw { radius - shift } else { radius + shift };
-            (r > SLACK_MM).then_some(Moved::Circle(center, r))
+            (r > SLACK_MM).then_some(OffsetElement::Circle(center, r))
         }
     };
     let line_circle = |p: Point, d: Point, c: Point, r: f64| {
@@ -146,14 +148,13 @@ fn meets(a: &Element, b: &Element, shift: f64) -> Vec<Point> {
         vec![along(foot, d, h), along(foot, d, -h)]
     };
     match (moved(a), moved(b)) {
-        (Some(Moved::Line(p, d)), Some(Moved::Line(q, e))) => {
+        (Some(OffsetElement::Line(p, d)), Some(OffsetElement::Line(q, e))) => {
             let det = cross(d, e);
             if det.abs() < PARALLEL { Vec::new() } else { vec![along(p, d, cross(minus(q, p), e) / det)] }
         }
-        (Some(Moved::Line(p, d)), Some(Moved::Circle(c, r))) | (Some(Moved::Circle(c, r)), Some(Moved::Line(p, d))) => {
-            line_circle(p, d, c, r)
-        }
-        (Some(Moved::Circle(c, r)), Some(Moved::Circle(k, s))) => {
+        (Some(OffsetElement::Line(p, d)), Some(OffsetElement::Circle(c, r)))
+        | (Some(OffsetElement::Circle(c, r)), Some(OffsetElement::Line(p, d))) => line_circle(p, d, c, r),
+        (Some(OffsetElement::Circle(c, r)), Some(OffsetElement::Circle(k, s))) => {
             let between = minus(k, c);
             let Some(d) = unit(between) else { return Vec::new() };
             let distance = length(between);
@@ -176,8 +177,8 @@ fn wrong(message: impl Into<String>) -> Fault {
 
 impl Interpreter {
     /// RND R5, CHF 2.
-    pub(crate) fn begin_corner(&mut self, path: Path, w: &Words, span: Span) -> Result<(), Fault> {
-        let chamfer = path == Path::Chamfer;
+    pub(crate) fn begin_corner(&mut self, path: PathFunction, w: &Words, span: Span) -> Result<(), Fault> {
+        let chamfer = path == PathFunction::Chamfer;
         let name = if chamfer { "CHF" } else { "RND" };
         let Some(size) = (if chamfer { w.length } else { w.radius }) else {
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("`{name}` has no size")).help(if chamfer {
@@ -215,7 +216,7 @@ impl Interpreter {
             Some(word) => self.feed_of(word, span)?,
             None => None,
         };
-        self.modal.corner = Some(Corner { chamfer, size, feed, location: self.location.clone() });
+        self.modal.corner = Some(PendingCorner { chamfer, size, feed, location: self.location.clone() });
         Ok(())
     }
 
@@ -225,7 +226,7 @@ impl Interpreter {
     }
 
     /// The element that waits in the queue.
-    fn waiting(&self) -> Option<Element> {
+    fn waiting(&self) -> Option<CornerElement> {
         let [u, v, n] = self.modal.plane_axes();
         match &self.queue.front()?.0.op {
             Op::Linear(m) => {
@@ -233,7 +234,7 @@ impl Interpreter {
                 let level = from.get(n)? == m.end.get(n)?;
                 let flat = level && m.programmed & ROTARY == 0 && m.tool_axis.is_none();
                 flat.then_some(())?;
-                Some(Element::Line { from: self.plane_point(from)?, to: self.plane_point(&m.end)? })
+                Some(CornerElement::Line { from: self.plane_point(from)?, to: self.plane_point(&m.end)? })
             }
             Op::Arc(a) => {
                 let (center, to) = ([a.center[u], a.center[v]], self.plane_point(&a.motion.end)?);
@@ -241,7 +242,7 @@ impl Interpreter {
                 (a.center[n] == a.motion.end.get(n)?).then_some(())?;
                 let ccw = a.normal[n] > 0.0;
                 let from = crate::arc::end_after(to, center, a.sweep, ccw);
-                Some(Element::Arc { center, radius: length(minus(to, center)), from, to, sweep: a.sweep, ccw })
+                Some(CornerElement::Arc { center, radius: length(minus(to, center)), from, to, sweep: a.sweep, ccw })
             }
             _ => None,
         }
@@ -253,7 +254,7 @@ impl Interpreter {
         let flat = start.get(n) == motion.end.get(n) && motion.programmed & ROTARY == 0 && motion.tool_axis.is_none();
         let ends = self.plane_point(&start).zip(self.plane_point(&motion.end)).filter(|_| flat);
         let Some((from, to)) = ends else { return Err(not_flat(span)) };
-        self.corner_between(Element::Line { from, to }, span).map(|_| ())
+        self.corner_between(CornerElement::Line { from, to }, span).map(|_| ())
     }
 
     /// Corner before an arc: gives the arc without its beginning.
@@ -264,7 +265,8 @@ impl Interpreter {
             from.zip(self.plane_point(&op.motion.end)).filter(|_| self.position.work.get(n) == op.motion.end.get(n));
         let Some((from, to)) = ends else { return Err(not_flat(span)) };
         let (center, ccw) = ([op.center[u], op.center[v]], op.normal[n] > 0.0);
-        let element = Element::Arc { center, radius: length(minus(from, center)), from, to, sweep: op.sweep, ccw };
+        let element =
+            CornerElement::Arc { center, radius: length(minus(from, center)), from, to, sweep: op.sweep, ccw };
         let begin = self.corner_between(element, span)?;
         op.sweep -= turned(center, from, begin, ccw);
         Ok(op)
@@ -272,7 +274,7 @@ impl Interpreter {
 
     /// Shortens the waiting element, inserts the corner after it, and returns the point where the
     /// next element begins.
-    fn corner_between(&mut self, next: Element, span: Span) -> Result<Point, Fault> {
+    fn corner_between(&mut self, next: CornerElement, span: Span) -> Result<Point, Fault> {
         let at = |fault: Fault| Fault { span, ..fault };
         let Some(corner) = self.modal.corner.take() else { return Err(no_element(span)) };
         let Some(previous) = self.waiting() else { return Err(not_flat(span)) };
@@ -285,7 +287,7 @@ impl Interpreter {
         }
         let left = side > 0.0;
         let (from, to, center) = if corner.chamfer {
-            let (Element::Line { to: k, .. }, Element::Line { .. }) = (previous, next) else {
+            let (CornerElement::Line { to: k, .. }, CornerElement::Line { .. }) = (previous, next) else {
                 return Err(at(wrong("CHF needs a straight line on both sides")));
             };
             let (a, b) = (along(k, t1, -corner.size), along(k, t2, corner.size));
@@ -298,7 +300,7 @@ impl Interpreter {
             (a, b, None)
         } else {
             let k = match previous {
-                Element::Line { to, .. } | Element::Arc { to, .. } => to,
+                CornerElement::Line { to, .. } | CornerElement::Arc { to, .. } => to,
             };
             let found = meets(&previous, &next, if left { corner.size } else { -corner.size })
                 .into_iter()
@@ -344,7 +346,7 @@ impl Interpreter {
 
     fn insert_corner(
         &mut self,
-        corner: &Corner,
+        corner: &PendingCorner,
         from: Point,
         to: Point,
         center: Option<Point>,
@@ -389,8 +391,8 @@ mod tests {
     #[test]
     fn rounding_touches_both_elements() {
         // A line along x into a circle of radius 20 about (30, 20): rounding 3 on the left of both.
-        let line = Element::Line { from: [0.0, 0.0], to: [30.0, 5.0] };
-        let arc = Element::Arc {
+        let line = CornerElement::Line { from: [0.0, 0.0], to: [30.0, 5.0] };
+        let arc = CornerElement::Arc {
             center: [50.0, 5.0],
             radius: 20.0,
             from: [30.0, 5.0],

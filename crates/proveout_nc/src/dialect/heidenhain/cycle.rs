@@ -8,7 +8,7 @@ use super::plane::{Tilt, Way};
 use super::words::{Coordinate, CycleValue, Kind, OldWord, Param, Positioning, Reference, Words};
 use crate::codes;
 use crate::control::Meaning;
-use crate::control::words::Listed;
+use crate::control::words::ListedWord;
 use crate::cycle::{CycleSpec, Given, Key, Values, heidenhain as table};
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::listed::refused_by;
@@ -433,7 +433,7 @@ impl Interpreter {
                     "say what it means in the control file: [words.{word}] with note, ignore, message or refuse"
                 )))
             }
-            Some((_, Listed { meaning: Meaning::Refuse(remedy), word, .. })) => {
+            Some((_, ListedWord { meaning: Meaning::Refuse(remedy), word, .. })) => {
                 Err(refused_by(&control, word, span, remedy))
             }
             Some((at, _)) => {

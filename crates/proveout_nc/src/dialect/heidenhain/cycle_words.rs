@@ -22,9 +22,9 @@ pub(crate) fn cycle(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Resul
                 Statement::CycleCall
             };
             let kind = if block.statement == Statement::CycleCallPos {
-                super::words::Path::Line
+                super::words::PathFunction::Line
             } else {
-                super::words::Path::Nothing
+                super::words::PathFunction::Nothing
             };
             super::parser::path_words(x, block, kind)
         }

@@ -5,46 +5,13 @@
 
 use super::lexer::{Lexer, refused, unknown};
 use super::words::{
-    Block, Condition, Coordinate, CycleValue, FeedWord, Label, OldWord, Param, Path, Reference, Relation, Side,
-    Statement, ToolCall, ToolRef, Value,
+    Block, Condition, Coordinate, CycleValue, DinBlock, DinWords, FeedWord, Label, OldWord, Param, PathFunction,
+    RadiusSide, Reference, Relation, Statement, ToolCall, ToolRef, Value,
 };
 use super::{cycle_words, din_words, q_functions, statements};
 use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::{Fault, Span, twice};
-
-/// A block of path functions.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct DinBlock {
-    /// Path function of this block, if it has one.
-    pub(crate) path: Option<u32>,
-    /// G90 (false) or G91 (true).
-    pub(crate) incremental: Option<bool>,
-    /// I, J, K.
-    pub(crate) pole: [Option<Value>; 3],
-    /// G29
-    pub(crate) pole_here: bool,
-    pub(crate) radius: Option<Value>,
-    pub(crate) angle: Option<Value>,
-    /// T, S and the plane, which act before the path.
-    pub(crate) tool: Option<ToolCall>,
-}
-
-/// Everything of a block before its meaning is known.
-#[derive(Default)]
-pub(super) struct Raw {
-    pub(super) g: Vec<(u32, Span)>,
-    pub(super) din: DinBlock,
-    pub(super) label: Option<(Label, Option<Value>)>,
-    pub(super) function: Option<(u32, Option<Param>)>,
-    pub(super) values: Vec<Value>,
-    pub(super) target: Option<Label>,
-    pub(super) settings: Vec<(Param, CycleValue, Span)>,
-    pub(super) tool: Option<ToolRef>,
-    pub(super) speed: Option<Value>,
-    pub(super) delta: [Option<Value>; 3],
-    pub(super) program: Option<String>,
-}
 
 /// Reads a block.
 pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
@@ -87,7 +54,7 @@ pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
         *block = inner;
         return Ok(());
     }
-    let mut raw = Raw::default();
+    let mut raw = DinWords::default();
     while !x.ended() {
         word(&mut x, &mut raw, block)?;
     }
@@ -97,7 +64,7 @@ pub(crate) fn parse(text: &str, block: &mut Block) -> Result<(), Fault> {
     din_words::all_used(&present, &block.statement, block.span)
 }
 
-fn word(x: &mut Lexer<'_>, raw: &mut Raw, block: &mut Block) -> Result<(), Fault> {
+fn word(x: &mut Lexer<'_>, raw: &mut DinWords, block: &mut Block) -> Result<(), Fault> {
     let start = x.pos();
     let (first, second) = (x.peek(), x.peek_at(1));
     if let Some(axis) = AxisValues::index(char::from(first)) {
@@ -261,7 +228,7 @@ fn once<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(),
 }
 
 /// What a block means.
-fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
+fn meaning(mut raw: DinWords, block: &mut Block) -> Result<Statement, Fault> {
     if matches!(block.statement, Statement::Assign(..)) {
         return Ok(std::mem::replace(&mut block.statement, Statement::Empty));
     }
@@ -286,9 +253,9 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
             0..=3 | 5 | 6 | 10..=13 | 15 | 16 => raw.din.path = Some(*code),
             17..=19 => {}
             29 => raw.din.pole_here = true,
-            40 => block.words.side = Some(Side::Off),
-            41 => block.words.side = Some(Side::Left),
-            42 => block.words.side = Some(Side::Right),
+            40 => block.words.side = Some(RadiusSide::Off),
+            41 => block.words.side = Some(RadiusSide::Left),
+            42 => block.words.side = Some(RadiusSide::Right),
             90 => raw.din.incremental = Some(false),
             91 => raw.din.incremental = Some(true),
             50 | 70 | 71 => {}
@@ -343,7 +310,7 @@ fn meaning(mut raw: Raw, block: &mut Block) -> Result<Statement, Fault> {
 fn special_function(
     code: u32,
     at: Span,
-    raw: Raw,
+    raw: DinWords,
     block: &mut Block,
     reference: Reference,
 ) -> Result<Statement, Fault> {
@@ -364,10 +331,10 @@ fn special_function(
             let size = raw.din.radius.ok_or_else(|| missing("R"))?;
             if code == 24 {
                 block.words.length = Some(size);
-                Statement::Path(Path::Chamfer)
+                Statement::Path(PathFunction::Chamfer)
             } else {
                 block.words.radius = Some(size);
-                Statement::Path(Path::Round)
+                Statement::Path(PathFunction::Round)
             }
         }
         26 | 27 => {
@@ -442,7 +409,7 @@ fn special_function(
     })
 }
 
-fn function(number: u32, target: Option<Param>, raw: &Raw, span: Span) -> Result<Statement, Fault> {
+fn function(number: u32, target: Option<Param>, raw: &DinWords, span: Span) -> Result<Statement, Fault> {
     let missing = || {
         Fault::new(codes::MISSING_VALUE, span, format!("D{number:02} has too few values"))
             .help("write P01, P02 and so on")

@@ -1,8 +1,8 @@
 //! Executes path blocks of the DIN/ISO form: path functions are modal.
 
-use super::din::DinBlock;
-use super::interpreter::Interpreter;
-use super::words::{Block, Coordinate, FeedWord, Path, Reference, Value, Words};
+use super::run_state::Interpreter;
+use super::words::DinBlock;
+use super::words::{Block, Coordinate, FeedWord, PathFunction, Reference, Value, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
@@ -35,11 +35,11 @@ impl Interpreter {
         let moves = block.words.programmed != 0 || din.radius.is_some() || din.angle.is_some();
         let arc = matches!(self.modal.din_path, 2 | 3 | 5);
         let full = arc && din.path.is_some() && din.pole.iter().any(Option::is_some);
-        let path = if moves || full { self.din_path_of(din, block, span)? } else { Path::Nothing };
+        let path = if moves || full { self.din_path_of(din, block, span)? } else { PathFunction::Nothing };
         self.path(path, &block.words, span)
     }
 
-    fn din_path_of(&mut self, din: &DinBlock, block: &mut Block, span: Span) -> Result<Path, Fault> {
+    fn din_path_of(&mut self, din: &DinBlock, block: &mut Block, span: Span) -> Result<PathFunction, Fault> {
         let w = &mut block.words;
         let code = self.modal.din_path;
         match code {
@@ -62,24 +62,24 @@ impl Interpreter {
         }
         let has_polar = din.radius.is_some() || din.angle.is_some();
         Ok(match code {
-            0 | 1 if !has_polar => Path::Line,
+            0 | 1 if !has_polar => PathFunction::Line,
             2 | 3 | 5 if din.angle.is_none() => match din.radius {
                 Some(radius) => {
                     w.radius = Some(radius);
-                    Path::Radius
+                    PathFunction::Radius
                 }
-                None => Path::Arc,
+                None => PathFunction::Arc,
             },
-            6 if !has_polar => Path::Tangent,
+            6 if !has_polar => PathFunction::Tangent,
             10 | 11 | 16 => {
                 w.polar_radius = din.radius.map(polar);
                 w.polar_angle = din.angle.map(polar);
-                if code == 16 { Path::PolarTangent } else { Path::PolarLine }
+                if code == 16 { PathFunction::PolarTangent } else { PathFunction::PolarLine }
             }
             12 | 13 | 15 => {
                 w.polar_angle = din.angle.map(polar);
                 w.polar_radius = din.radius.map(polar);
-                Path::PolarArc
+                PathFunction::PolarArc
             }
             _ => {
                 return Err(Fault::new(codes::CONFLICT, span, format!("R or H in a block with G{code:02}"))

@@ -1,12 +1,11 @@
 //! Words of a DIN/ISO block that its statement does not use: they are refused by name.
 
-use super::din::Raw;
-use super::words::{Block, Statement};
+use super::words::{Block, DinWords, Statement};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
 /// Words present in a block, by name, with their number.
-pub(super) struct Present {
+pub(super) struct WordSet {
     names: [(&'static str, usize); 20],
     /// The G word that defines the block; it takes precedence over those of the path.
     special: Option<u32>,
@@ -37,12 +36,12 @@ const POLE: usize = 5;
 const R: usize = 6;
 
 /// The words of a block, before its statement takes them.
-pub(super) fn present(raw: &Raw, block: &Block) -> Present {
+pub(super) fn present(raw: &DinWords, block: &Block) -> WordSet {
     let count = |codes: &[u32]| raw.g.iter().filter(|(g, _)| codes.contains(g)).count();
     let some = |there: bool| usize::from(there);
     let known: &[u32] = &[0, 1, 2, 3, 5, 6, 10, 11, 12, 13, 15, 16, 17, 18, 19, 29, 40, 41, 42, 50, 70, 71, 90, 91];
     let special = raw.g.iter().map(|(g, _)| *g).find(|g| !known.contains(g));
-    Present {
+    WordSet {
         names: [
             ("the path function", count(&[0, 1, 2, 3, 5, 6, 10, 11, 12, 13, 15, 16])),
             ("the plane", count(&[17, 18, 19])),
@@ -71,7 +70,7 @@ pub(super) fn present(raw: &Raw, block: &Block) -> Present {
 }
 
 /// How many words of each kind a statement takes.
-fn takes(present: &Present, statement: &Statement) -> [usize; 20] {
+fn takes(present: &WordSet, statement: &Statement) -> [usize; 20] {
     const ANY: usize = usize::MAX;
     let of = |list: &[(usize, usize)]| {
         let mut most = [0; 20];
@@ -146,7 +145,7 @@ fn takes(present: &Present, statement: &Statement) -> [usize; 20] {
 }
 
 /// Refuses the first word of a block that the statement does not take.
-pub(super) fn all_used(present: &Present, statement: &Statement, span: Span) -> Result<(), Fault> {
+pub(super) fn all_used(present: &WordSet, statement: &Statement, span: Span) -> Result<(), Fault> {
     if let (Some(code), Some(number)) = (present.special, present.function) {
         let message = format!("D{number:02} cannot share a block with G{code:02}");
         return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));

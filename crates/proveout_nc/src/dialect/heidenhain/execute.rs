@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use super::interpreter::{Interpreter, Loaded};
+use super::run_state::{Interpreter, Loaded};
 use super::variables::Val;
-use super::words::{Block, Path, Reference, Statement, ToolCall, ToolRef};
+use super::words::{Block, PathFunction, Reference, Statement, ToolCall, ToolRef};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
@@ -155,7 +155,7 @@ impl Interpreter {
                 self.scale([factor; 3], [0.0; 3], false, "TRANS SCALE", span)
             }
             Statement::Stop => {
-                self.path(Path::Nothing, words, span)?;
+                self.path(PathFunction::Nothing, words, span)?;
                 if !words.functions.iter().any(|m| matches!(m.code, 0 | 1 | 2 | 30)) {
                     self.emit(Op::Stop { optional: false });
                 }

@@ -12,7 +12,7 @@
 //! defined again replaces its value at its place in the list, a reset removes it, and a new one
 //! acts within those before it.
 
-use super::interpreter::Interpreter;
+use super::run_state::Interpreter;
 use super::words::{Coordinate, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -30,7 +30,7 @@ pub(crate) enum Transform {
 
 /// A transform with the numbers it was made of: an increment starts from them.
 #[derive(Clone, Copy, Debug)]
-struct Entry {
+struct DatumTransform {
     kind: Transform,
     values: [f64; 6],
     frame: Frame,
@@ -40,12 +40,12 @@ struct Entry {
 #[derive(Clone, Debug)]
 struct Zone {
     tilt: Frame,
-    list: Vec<Entry>,
+    list: Vec<DatumTransform>,
 }
 
 /// All transforms of the control.
 #[derive(Clone, Debug)]
-pub(crate) struct Frames {
+pub(crate) struct DatumFrames {
     preset: Frame,
     /// Line of the first motion of a linear axis before a preset is called, if the active preset is
     /// not stated.
@@ -59,7 +59,7 @@ pub(crate) struct Frames {
 /// Most PLANE RELATIVE blocks on top of each other.
 const MAX_ZONES: usize = 100;
 
-impl Frames {
+impl DatumFrames {
     pub(crate) fn new(settings: &Settings) -> Self {
         // Row 0 of the preset table is set by the operator.
         let told = settings.work_offsets.get("PRESET0").copied();
@@ -85,7 +85,7 @@ impl Frames {
 
     /// Ends the tilted plane. Transforms programmed in it stay in force.
     pub(crate) fn untilt(&mut self) {
-        let later: Vec<Entry> = self.zones.drain(1..).flat_map(|zone| zone.list).collect();
+        let later: Vec<DatumTransform> = self.zones.drain(1..).flat_map(|zone| zone.list).collect();
         if let Some(first) = self.zones.first_mut() {
             for entry in later {
                 put(&mut first.list, entry);
@@ -106,14 +106,14 @@ impl Frames {
         self.zones.last()?.list.iter().find(|entry| entry.kind == kind).map(|entry| entry.values)
     }
 
-    fn set(&mut self, entry: Entry) {
+    fn set(&mut self, entry: DatumTransform) {
         if let Some(zone) = self.zones.last_mut() {
             put(&mut zone.list, entry);
         }
     }
 }
 
-fn put(list: &mut Vec<Entry>, entry: Entry) {
+fn put(list: &mut Vec<DatumTransform>, entry: DatumTransform) {
     let at = list.iter().position(|old| old.kind == entry.kind);
     match (at, entry.frame == Frame::IDENTITY) {
         (Some(at), true) => {
@@ -139,7 +139,7 @@ impl Interpreter {
     }
 
     fn define(&mut self, kind: Transform, values: [f64; 6], frame: Frame, word: &str, span: Span) -> Result<(), Fault> {
-        self.modal.frames.set(Entry { kind, values, frame });
+        self.modal.frames.set(DatumTransform { kind, values, frame });
         self.take_frames(word, span)
     }
 

@@ -14,10 +14,9 @@
 //! contour, FLT and FCT tangential to the element before. Elements that have several solutions (FSELECT), relative data (RX, PAR, DP)
 //! and auxiliary points (P1X) are refused.
 
-use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
+use super::run_state::{Free, Heidenhain, Held, Interpreter, SignedCircle};
 use super::words::{Coordinate, FreeKind, Reference, Words};
-use crate::Location;
 use crate::arc::{self, PlaneArc};
 use crate::channel::milling::Mills;
 use crate::codes;
@@ -29,34 +28,6 @@ type Point = [f64; 2];
 /// How far a point may be from where its other data put it, mm: coordinates are written with three
 /// decimals.
 const WRITTEN_MM: f64 = 0.005;
-
-#[derive(Clone, Copy, Debug)]
-struct Circle {
-    center: Point,
-    /// Below zero clockwise.
-    signed: f64,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Held {
-    Line,
-    Arc(Circle),
-}
-
-/// Elements whose ends are not known yet, and where a closed contour began.
-#[derive(Debug, Default)]
-pub(crate) struct Free {
-    start: Option<Point>,
-    /// FPOL
-    pole: Option<Point>,
-    held: Vec<(Location, Held)>,
-}
-
-impl Free {
-    pub(crate) fn waits(&self) -> bool {
-        !self.held.is_empty()
-    }
-}
 
 /// What a block says of its element, mm and degrees.
 struct Data {
@@ -98,7 +69,7 @@ fn way(from: Point, to: Point) -> f64 {
 
 /// Direction of the line that leaves one circle and meets another, each in its own sense. A point
 /// is a circle of radius zero.
-fn tangent(from: Circle, to: Circle) -> Option<Point> {
+fn tangent(from: SignedCircle, to: SignedCircle) -> Option<Point> {
     let d = [to.center[0] - from.center[0], to.center[1] - from.center[1]];
     let sine = (to.signed - from.signed) / d[0].hypot(d[1]);
     if sine.is_nan() || sine.abs() > 1.0 {
@@ -109,7 +80,7 @@ fn tangent(from: Circle, to: Circle) -> Option<Point> {
 }
 
 /// Where a circle has this direction.
-fn contact(circle: Circle, d: Point) -> Point {
+fn contact(circle: SignedCircle, d: Point) -> Point {
     along(circle.center, left(d), -circle.signed)
 }
 
@@ -273,11 +244,10 @@ impl Interpreter {
             }
             let d = match (data.direction, data.end) {
                 (Some(d), _) => d,
-                (None, [Some(x), Some(y)]) => {
-                    tangent(circle, Circle { center: [x, y], signed: 0.0 }).ok_or_else(|| {
+                (None, [Some(x), Some(y)]) => tangent(circle, SignedCircle { center: [x, y], signed: 0.0 })
+                    .ok_or_else(|| {
                         contradicts(span, "the end of the tangential line lies inside of the circle".to_owned())
-                    })?
-                }
+                    })?,
                 _ => return Err(open(span)),
             };
             self.end_held(contact(circle, d), span)?;
@@ -326,7 +296,7 @@ impl Interpreter {
         let circle = if self.own.free.waits() {
             let (Some(center), true) = (data.center, tangential) else { return Err(open(span)) };
             let radius = data.radius.or(end.map(|end| way(center, end))).ok_or_else(|| open(span))?;
-            let circle = Circle { center, signed: sense * radius };
+            let circle = SignedCircle { center, signed: sense * radius };
             self.meet(circle, span)?;
             circle
         } else {
@@ -340,7 +310,7 @@ impl Interpreter {
                 (None, Some(radius), Some(d)) if tangential => along(from, left(d), sense * radius),
                 _ => return Err(open(span)),
             };
-            let circle = Circle { center, signed: sense * way(center, from) };
+            let circle = SignedCircle { center, signed: sense * way(center, from) };
             if tangential {
                 let d = heading.ok_or_else(|| open(span))?;
                 if way(contact(circle, d), from) > WRITTEN_MM {
@@ -375,7 +345,7 @@ impl Interpreter {
     }
 
     /// Ends what waits at a circle that it is tangential to.
-    fn meet(&mut self, next: Circle, span: Span) -> Result<(), Fault> {
+    fn meet(&mut self, next: SignedCircle, span: Span) -> Result<(), Fault> {
         let waits: Vec<Held> = self.own.free.held.iter().map(|(_, held)| *held).collect();
         let none =
             || contradicts(span, "no tangential line or contact joins this circle and the one before".to_owned());
@@ -413,7 +383,7 @@ impl Interpreter {
     }
 
     /// Straight or on a circle to a point of the working plane.
-    fn free_goal(&mut self, to: Point, circle: Option<Circle>, span: Span) -> Result<(), Fault> {
+    fn free_goal(&mut self, to: Point, circle: Option<SignedCircle>, span: Span) -> Result<(), Fault> {
         let [u, v, _] = Heidenhain::working_plane(self);
         let mut end = self.position.work;
         end.put(u, to[0]);
@@ -434,7 +404,8 @@ mod tests {
     #[test]
     fn a_tangent_leaves_and_meets_its_circles_in_their_sense() {
         for (r1, r2) in [(18.0, 15.0), (-18.0, -15.0), (18.0, -15.0), (-18.0, 15.0), (7.0, 0.0)] {
-            let (a, b) = (Circle { center: [20.0, 30.0], signed: r1 }, Circle { center: [50.0, 75.0], signed: r2 });
+            let (a, b) =
+                (SignedCircle { center: [20.0, 30.0], signed: r1 }, SignedCircle { center: [50.0, 75.0], signed: r2 });
             let d = tangent(a, b).unwrap();
             let (p, q) = (contact(a, d), contact(b, d));
             assert!((way(p, a.center) - r1.abs()).abs() < 1e-9 && (way(q, b.center) - r2.abs()).abs() < 1e-9);
@@ -448,7 +419,8 @@ mod tests {
                 assert!(c.signed * (out[0] * d[1] - out[1] * d[0]) >= 0.0);
             }
         }
-        let (a, b) = (Circle { center: [0.0, 0.0], signed: 10.0 }, Circle { center: [3.0, 0.0], signed: 2.0 });
+        let (a, b) =
+            (SignedCircle { center: [0.0, 0.0], signed: 10.0 }, SignedCircle { center: [3.0, 0.0], signed: 2.0 });
         assert!(tangent(a, b).is_none());
     }
 }

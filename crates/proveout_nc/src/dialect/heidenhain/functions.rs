@@ -3,10 +3,10 @@
 //! Assignment after HEIDENHAIN, *TNC 640 Klartext programming*, "Miscellaneous functions" and its
 //! overview of M functions.
 
-use super::interpreter::{Heidenhain, Interpreter};
 use super::lexer::{Lexer, refused};
 use super::listed::LISTED;
-use super::words::{FeedWord, MWord, Path, Words};
+use super::run_state::{Heidenhain, Interpreter};
+use super::words::{FeedWord, MWord, PathFunction, Words};
 use crate::channel::{Language, direction_of};
 use crate::codes;
 use crate::control::{Control, Meaning};
@@ -246,7 +246,7 @@ impl Interpreter {
     }
 
     /// M99 and M89: the cycle runs at the end of the block.
-    pub(crate) fn cycle_after(&mut self, path: Path, w: &Words, span: Span) -> Result<(), Fault> {
+    pub(crate) fn cycle_after(&mut self, path: PathFunction, w: &Words, span: Span) -> Result<(), Fault> {
         if w.has(89) {
             self.modal.modal_cycle = true;
         }
@@ -254,7 +254,7 @@ impl Interpreter {
         if once {
             self.modal.modal_cycle = false;
         }
-        let positioned = path != Path::Nothing && w.programmed != 0;
+        let positioned = path != PathFunction::Nothing && w.programmed != 0;
         if once || self.modal.modal_cycle && positioned {
             self.run_cycle(span)?;
         }

@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::free::Free;
-use super::state::State;
-use super::variables::Variables;
+use super::run_state::{KlartextCall, Labels, Loaded, label_key};
+use super::state::HeidenhainState;
+use super::variables::QParameters;
 use super::words::{self, Block, Label, Statement};
 use super::{din, leftover, parser, recover, text};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Section, UsualFeed};
+use crate::channel::{Channel, FailedBlock, Language, ProgramSection, UsualFeed};
 use crate::codes;
 use crate::compensation::CompStyle;
 use crate::control::MixedFeed;
@@ -22,25 +22,7 @@ use crate::settings::Dialect;
 use crate::source::{Mark, Source};
 use crate::{Command, Settings};
 
-/// A program file with its labels.
-pub(crate) type Loaded = channel::Loaded<Labels>;
-/// A Heidenhain program being executed.
-pub(crate) type Interpreter = Channel<Heidenhain>;
-
-/// The labels of a file.
-#[derive(Debug)]
-pub(crate) struct Labels {
-    /// The file is DIN/ISO.
-    pub(crate) din: bool,
-    pub(crate) labels: BTreeMap<String, Mark>,
-    /// A line that may hold a label cannot be read.
-    pub(crate) unreadable: bool,
-}
-
-/// Key of a label: numbers and names share one namespace.
-pub(crate) fn label_key(number: f64) -> String {
-    format!("{number}")
-}
+pub(super) use super::run_state::{Heidenhain, Interpreter};
 
 impl Labels {
     fn new(source: &Source, din: bool, faults: &mut Vec<Diagnostic>) -> Self {
@@ -85,74 +67,33 @@ fn has_label(line: &str) -> bool {
     line.get(..3).is_some_and(|head| head.eq_ignore_ascii_case("LBL"))
 }
 
-/// What a call level keeps.
-#[derive(Debug)]
-pub(crate) struct CallLevel {
-    /// A program called with CALL PGM, not a label.
-    program: bool,
-    /// Repetitions still to do, by the place of their CALL LBL block.
-    repetitions: BTreeMap<usize, u64>,
-    /// Unit of the calling program.
-    inch: bool,
-}
-
-impl CallLevel {
-    fn new(program: bool, inch: bool) -> Self {
-        Self { program, repetitions: BTreeMap::new(), inch }
-    }
-}
-
-/// What a TNC keeps in addition to the modal state.
-#[derive(Debug, Default)]
-pub(crate) struct Heidenhain {
-    /// The main program is DIN/ISO.
-    din: bool,
-    /// Lines of a joined block.
-    buffer: String,
-    calls: u64,
-    selected: Option<String>,
-    /// The block that is executed is DIN/ISO.
-    pub(crate) din_now: bool,
-    /// Line of an earlier block, if the fault is one of that block, which waited for its end.
-    earlier: Option<u32>,
-    /// The last reported fault was one of an earlier block.
-    pub(super) earlier_failed: bool,
-    /// A fault released the element that waited for its corner.
-    pub(super) element_out: bool,
-    /// Motions since the position became known again, and where the last one ended.
-    pub(super) since: u32,
-    pub(super) last: crate::AxisValues,
-    /// Elements of a free contour that wait for their ends.
-    pub(super) free: Free,
-}
-
 /// The program, before its first block. `folder`: where it lies, if it is a file.
 pub(super) fn begin(dialect: Dialect, source: Source, folder: Option<PathBuf>, settings: &Settings) -> Interpreter {
     let own = Heidenhain { din: dialect == Dialect::HeidenhainIso, ..Heidenhain::default() };
-    let variables = Variables::new(&settings.variables, settings.limits.max_array_elements);
+    let variables = QParameters::new(&settings.variables, settings.limits.max_array_elements);
     let section = whole(&source);
     Channel::new(
         source,
         folder,
         settings,
         own,
-        |_| (section, CallLevel::new(true, false)),
+        |_| (section, KlartextCall::new(true, false)),
         variables,
-        State::new(settings),
+        HeidenhainState::new(settings),
     )
 }
 
-fn whole(source: &Source) -> Section {
-    Section { start: Mark::START, end: source.text.len() }
+fn whole(source: &Source) -> ProgramSection {
+    ProgramSection { start: Mark::START, end: source.text.len() }
 }
 
 impl Language for Heidenhain {
     type Index = Labels;
-    type Level = CallLevel;
+    type Level = KlartextCall;
     type Block = Block;
     type Mark = ();
-    type Variables = Variables;
-    type Modal = State;
+    type Variables = QParameters;
+    type Modal = HeidenhainState;
 
     fn index(&self, source: &Source, main: bool, faults: &mut Vec<Diagnostic>) -> Labels {
         let ending = || Path::new(&*source.name).extension().is_some_and(|e| e.eq_ignore_ascii_case("i"));
@@ -223,7 +164,7 @@ impl Language for Heidenhain {
         recover::settle_doubt(channel);
     }
 
-    fn give_up(channel: &mut Interpreter, failed: &Failed<Labels>) {
+    fn give_up(channel: &mut Interpreter, failed: &FailedBlock<Labels>) {
         let unread = channel.recovery.faults.stage == Stage::Unread || failed.code == codes::JUMP_TARGET;
         if !unread || channel.own.earlier_failed || failed.line.is_empty() {
             recover::nothing_waits(channel);
@@ -231,7 +172,7 @@ impl Language for Heidenhain {
         }
     }
 
-    fn go_on(channel: &mut Interpreter, failed: &Failed<Labels>) -> Option<Doubt> {
+    fn go_on(channel: &mut Interpreter, failed: &FailedBlock<Labels>) -> Option<Doubt> {
         Some(recover::go_on(channel, failed))
     }
 
@@ -300,7 +241,13 @@ impl Interpreter {
         }
     }
 
-    fn run(&mut self, loaded: &Arc<Loaded>, found: &text::Text<'_>, at: Mark, block: &mut Block) -> Result<(), Fault> {
+    fn run(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        found: &text::BlockText<'_>,
+        at: Mark,
+        block: &mut Block,
+    ) -> Result<(), Fault> {
         let text = found.text;
         self.own.din_now = loaded.index.din;
         if loaded.index.din {
@@ -374,7 +321,7 @@ impl Interpreter {
         let target = Self::label_target(loaded, &self.key(label, span)?, span)?;
         let Some(repeat) = repeat else {
             self.room(span)?;
-            let own = CallLevel::new(false, self.modal.inch);
+            let own = KlartextCall::new(false, self.modal.inch);
             self.enter((Arc::clone(loaded), whole(&loaded.source)), target, 1, own);
             return Ok(());
         };
@@ -437,7 +384,7 @@ impl Interpreter {
         let Some(loaded) = self.find_program(name, span)? else { return self.missing(&file_name(name), span) };
         self.room(span)?;
         self.variables.enter();
-        let own = CallLevel::new(true, self.modal.inch);
+        let own = KlartextCall::new(true, self.modal.inch);
         let section = whole(&loaded.source);
         self.enter((loaded, section), Mark::START, 1, own);
         Ok(())

@@ -1,10 +1,10 @@
 //! Classifies the text that was not run: programs, labels that nothing calls, branches, text after
 //! the end of the program.
 
-use super::interpreter::{Interpreter, Loaded, label_key};
+use super::run_state::{Interpreter, Loaded, label_key};
 use super::words::{Block, Label, Statement, Value};
 use super::{din, parser, text};
-use crate::channel::coverage::{Flow, Layout, Role, Stretch};
+use crate::channel::coverage::{Flow, Layout, LineRole, LineStretch};
 use crate::not_run::{NotRun, NotRunKind};
 use crate::source::{Mark, Source};
 
@@ -28,7 +28,7 @@ impl Interpreter {
 pub(super) fn not_run(channel: &Interpreter) -> Vec<NotRun> {
     let mut found = Vec::new();
     for loaded in channel.loaded() {
-        let plan = Plan::of(loaded);
+        let plan = FileOutline::of(loaded);
         let layout = Layout {
             source: &loaded.source,
             parts: plan.parts,
@@ -45,23 +45,23 @@ fn parse(din: bool, text: &str, block: &mut Block) -> bool {
 }
 
 /// Structure of a file. Blocks can take several lines, so the whole text is read once.
-struct Plan {
-    parts: Vec<Stretch>,
-    regions: Vec<Stretch>,
+struct FileOutline {
+    parts: Vec<LineStretch>,
+    regions: Vec<LineStretch>,
     /// By line, from 1.
-    roles: Vec<Role>,
+    roles: Vec<LineRole>,
 }
 
-impl Plan {
+impl FileOutline {
     fn of(loaded: &Loaded) -> Self {
         let source: &Source = &loaded.source;
         let named = named_labels(loaded);
-        let mut plan = Self { parts: Vec::new(), regions: Vec::new(), roles: vec![Role::default()] };
+        let mut plan = Self { parts: Vec::new(), regions: Vec::new(), roles: vec![LineRole::default()] };
         let (mut block, mut buffer, mut at) = (Block::default(), String::new(), Mark::START);
         let mut program: Option<(u32, String)> = None;
         let mut label: Option<(u32, String)> = None;
         while let Some(found) = text::block(source, at, &mut buffer) {
-            let (mut role, next) = (Role::default(), found.next);
+            let (mut role, next) = (LineRole::default(), found.next);
             if parse(loaded.index.din, found.text, &mut block) {
                 role = role_of(&block);
                 match &block.statement {
@@ -72,7 +72,7 @@ impl Plan {
                     Statement::Label(Label::Number(Value::Number(0.0))) => {
                         if let Some((first, name)) = label.take() {
                             let kind = NotRunKind::Subprogram(name);
-                            plan.regions.push(Stretch { lines: [first, next.line], kind });
+                            plan.regions.push(LineStretch { lines: [first, next.line], kind });
                         }
                     }
                     Statement::Label(found) => {
@@ -89,7 +89,7 @@ impl Plan {
                 role.code = !found.text.trim().is_empty();
             }
             plan.roles.push(role);
-            plan.roles.resize(next.line as usize, Role { flow: Flow::On, ..role });
+            plan.roles.resize(next.line as usize, LineRole { flow: Flow::On, ..role });
             at = next;
         }
         plan.close(&mut program, at.line);
@@ -105,7 +105,7 @@ impl Plan {
                 _ => words.nth(1),
             };
             let kind = NotRunKind::Program(name.unwrap_or("without a name").to_owned());
-            self.parts.push(Stretch { lines: [first, end], kind });
+            self.parts.push(LineStretch { lines: [first, end], kind });
         }
     }
 }
@@ -138,14 +138,16 @@ fn named_labels(loaded: &Loaded) -> Option<Vec<String>> {
     Some(named)
 }
 
-fn role_of(block: &Block) -> Role {
+fn role_of(block: &Block) -> LineRole {
     let words = &block.words;
     let ends = words.functions.iter().all(|m| matches!(m.code, 2 | 30));
     let (code, moves) = match &block.statement {
         Statement::Empty | Statement::Begin { .. } | Statement::End | Statement::Note(_) | Statement::Label(_) => {
             (false, false)
         }
-        Statement::Path(super::words::Path::Nothing) | Statement::Stop => (!ends || words.functions.is_empty(), false),
+        Statement::Path(super::words::PathFunction::Nothing) | Statement::Stop => {
+            (!ends || words.functions.is_empty(), false)
+        }
         Statement::Path(_) => (true, true),
         Statement::Din(din) => {
             let moves = words.programmed != 0 || din.radius.is_some() || din.angle.is_some();
@@ -161,5 +163,5 @@ fn role_of(block: &Block) -> Role {
         | Statement::CallSelected => (true, true),
         _ => (true, false),
     };
-    Role { code, moves, flow: Flow::On }
+    LineRole { code, moves, flow: Flow::On }
 }

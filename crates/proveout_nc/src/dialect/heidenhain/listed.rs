@@ -1,12 +1,12 @@
 //! Functions defined by a control file, and its statements about the data of the control.
 
 use super::functions::refused_function;
-use super::interpreter::Interpreter;
+use super::run_state::Interpreter;
 use super::variables::Val;
 use super::words::{Block, MWord, Param, Value};
 use crate::codes;
 use crate::control::Meaning;
-use crate::control::words::{Builtin, Listed};
+use crate::control::words::{Builtin, ListedWord};
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
 use crate::{SpindleDirection, ToolName};
@@ -47,7 +47,7 @@ impl Interpreter {
     /// Executes a function of the control file.
     pub(super) fn act_listed(&mut self, code: u32, span: Span) -> Result<(), Fault> {
         let at = code.saturating_sub(LISTED) as usize;
-        let Some(Listed { word, meaning, .. }) = self.settings.control.words.at(at).cloned() else { return Ok(()) };
+        let Some(ListedWord { word, meaning, .. }) = self.settings.control.words.at(at).cloned() else { return Ok(()) };
         match meaning {
             Meaning::TcpOn => {
                 self.settings.check_kinematics(KinematicsKind::Tcp, &word, span)?;

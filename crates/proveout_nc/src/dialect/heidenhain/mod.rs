@@ -37,6 +37,7 @@ mod plane_words;
 mod positioning;
 mod q_functions;
 mod recover;
+mod run_state;
 mod state;
 mod statements;
 mod takes;
@@ -47,7 +48,7 @@ mod words;
 use std::path::PathBuf;
 
 use super::Reader;
-use super::listed::Unlisted;
+use super::listed::UnlistedWords;
 use crate::control::words::{Builtin, WordKey};
 use crate::diagnostic::Diagnostic;
 use crate::settings::{Dialect, Settings};
@@ -67,7 +68,7 @@ pub(crate) fn does_word(word: Builtin) -> bool {
 }
 
 /// Functions defined neither by the reader nor by the control file.
-pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut UnlistedWords<'_>) {
     let mut block = words::Block::default();
     let mut buffer = String::new();
     let mut at = Mark::START;

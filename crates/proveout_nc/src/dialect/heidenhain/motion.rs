@@ -1,7 +1,7 @@
 //! Path blocks: what they have in common, and straight motions.
 
-use super::interpreter::Interpreter;
-use super::words::{Coordinate, FeedWord, Kind, Param, Path, Reference, Side, Value, Words};
+use super::run_state::Interpreter;
+use super::words::{Coordinate, FeedWord, Kind, Param, PathFunction, RadiusSide, Reference, Value, Words};
 use crate::channel::finite;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -30,40 +30,40 @@ pub(crate) struct Goal {
 
 impl Interpreter {
     /// Executes a path block.
-    pub(crate) fn path(&mut self, path: Path, w: &Words, span: Span) -> Result<(), Fault> {
-        if path == Path::FreePole {
+    pub(crate) fn path(&mut self, path: PathFunction, w: &Words, span: Span) -> Result<(), Fault> {
+        if path == PathFunction::FreePole {
             return self.free_pole(w, span);
         }
-        if !matches!(path, Path::Free(_))
+        if !matches!(path, PathFunction::Free(_))
             && let Some(fault) = self.free_is_open(span)
         {
             return Err(fault);
         }
-        if matches!(path, Path::Round | Path::Chamfer) {
+        if matches!(path, PathFunction::Round | PathFunction::Chamfer) {
             return self.begin_corner(path, w, span);
         }
-        if path == Path::Pole {
+        if path == PathFunction::Pole {
             return self.pole_block(w, span);
         }
         let contour = matches!(
             path,
-            Path::Line
-                | Path::Arc
-                | Path::Radius
-                | Path::Tangent
-                | Path::PolarLine
-                | Path::PolarArc
-                | Path::PolarTangent
-                | Path::Free(_)
+            PathFunction::Line
+                | PathFunction::Arc
+                | PathFunction::Radius
+                | PathFunction::Tangent
+                | PathFunction::PolarLine
+                | PathFunction::PolarArc
+                | PathFunction::PolarTangent
+                | PathFunction::Free(_)
         );
         if self.modal.corner.is_some() && !contour {
             return Err(super::corner::no_element(span));
         }
-        if self.modal.approach.is_some() && !contour && path != Path::Nothing {
+        if self.modal.approach.is_some() && !contour && path != PathFunction::Nothing {
             return Err(super::approach::no_contour(span));
         }
         self.modal.held = false;
-        if let Path::Depart(_) = path {
+        if let PathFunction::Depart(_) = path {
             self.modal.departing = self.modal.side;
         } else if let Some(side) = w.side {
             self.compensation(side);
@@ -74,26 +74,26 @@ impl Interpreter {
         if w.programmed == 0 {
             self.tell_idle(path, w);
         }
-        if path != Path::Nothing && !w.has(91) && !w.has(92) {
+        if path != PathFunction::Nothing && !w.has(91) && !w.has(92) {
             self.moves_in_preset(w.programmed);
         }
         match path {
-            Path::Nothing => {}
+            PathFunction::Nothing => {}
             _ if w.has(91) || w.has(92) => self.machine_motion(path, w, rapid, span)?,
-            Path::Line => self.line(w, rapid, span)?,
-            Path::Normal => self.normal_line(w, rapid, span)?,
-            Path::Arc => self.arc_block(w, span)?,
-            Path::Radius => self.radius_arc(w, span)?,
-            Path::Tangent => self.tangent_arc(w, span)?,
-            Path::PolarLine => self.polar_line(w, rapid, span)?,
-            Path::PolarArc => self.polar_arc(w, span)?,
-            Path::PolarTangent => self.polar_tangent(w, span)?,
-            Path::Approach(lead) => self.approach(lead, w, rapid, span)?,
-            Path::Depart(lead) => self.depart(lead, w, rapid, span)?,
-            Path::Free(kind) => self.free(kind, w, rapid, span)?,
-            Path::Round | Path::Chamfer | Path::Pole | Path::FreePole => {}
+            PathFunction::Line => self.line(w, rapid, span)?,
+            PathFunction::Normal => self.normal_line(w, rapid, span)?,
+            PathFunction::Arc => self.arc_block(w, span)?,
+            PathFunction::Radius => self.radius_arc(w, span)?,
+            PathFunction::Tangent => self.tangent_arc(w, span)?,
+            PathFunction::PolarLine => self.polar_line(w, rapid, span)?,
+            PathFunction::PolarArc => self.polar_arc(w, span)?,
+            PathFunction::PolarTangent => self.polar_tangent(w, span)?,
+            PathFunction::Approach(lead) => self.approach(lead, w, rapid, span)?,
+            PathFunction::Depart(lead) => self.depart(lead, w, rapid, span)?,
+            PathFunction::Free(kind) => self.free(kind, w, rapid, span)?,
+            PathFunction::Round | PathFunction::Chamfer | PathFunction::Pole | PathFunction::FreePole => {}
         }
-        if path != Path::Nothing {
+        if path != PathFunction::Nothing {
             self.modal.rapid_before = rapid;
         }
         if !w.functions.is_empty() || self.modal.modal_cycle {
@@ -114,30 +114,30 @@ impl Interpreter {
     }
 
     /// Notes the words of a motion that have no effect in a block that moves no axis.
-    fn tell_idle(&mut self, path: Path, w: &Words) {
-        if path == Path::Nothing && w.feed == Some(FeedWord::Max) {
+    fn tell_idle(&mut self, path: PathFunction, w: &Words) {
+        if path == PathFunction::Nothing && w.feed == Some(FeedWord::Max) {
             self.note("FMAX has no effect: the block moves no axis");
         }
         for code in [91, 92] {
-            if w.has(code) && matches!(path, Path::Nothing | Path::Line) {
+            if w.has(code) && matches!(path, PathFunction::Nothing | PathFunction::Line) {
                 self.note(format!("M{code} has no effect: the block moves no axis"));
             }
         }
     }
 
     /// R0, RL, RR.
-    pub(crate) fn compensation(&mut self, side: Side) {
-        if self.modal.side.unwrap_or(Side::Off) != side {
+    pub(crate) fn compensation(&mut self, side: RadiusSide) {
+        if self.modal.side.unwrap_or(RadiusSide::Off) != side {
             let told = match side {
-                Side::Off => CompSide::Off,
-                Side::Left => CompSide::Left,
-                Side::Right => CompSide::Right,
+                RadiusSide::Off => CompSide::Off,
+                RadiusSide::Left => CompSide::Left,
+                RadiusSide::Right => CompSide::Right,
             };
             self.emit(Op::CutterComp(CutterComp { side: told, offset: None, radius: None }));
         }
         // M120 ends with R0. The contour before is still in progress then, so it is forgotten at
         // the next RL or RR.
-        if side == Side::Off {
+        if side == RadiusSide::Off {
             self.modal.look_ahead_ended = true;
         } else if std::mem::take(&mut self.modal.look_ahead_ended) {
             self.modal.look_ahead = 1;

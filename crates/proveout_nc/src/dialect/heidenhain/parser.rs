@@ -3,8 +3,10 @@
 use super::expr;
 use super::lexer::{Lexer, refused, unknown};
 use super::statements;
-use super::takes::{self, Word};
-use super::words::{Block, Coordinate, FeedWord, FreeKind, Kind, Lead, Path, Reference, Side, Statement, Words};
+use super::takes::{self, PathWord};
+use super::words::{
+    Block, Coordinate, FeedWord, FreeKind, Kind, Lead, PathFunction, RadiusSide, Reference, Statement, Words,
+};
 use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::{Fault, Span, twice};
@@ -25,8 +27,8 @@ fn read(text: &str, block: &mut Block) -> Result<(), Fault> {
     }
     if x.peek() == b'L' && !x.peek_at(1).is_ascii_alphabetic() {
         x.s.bump();
-        block.statement = Statement::Path(Path::Line);
-        path_words(&mut x, block, Path::Line)?;
+        block.statement = Statement::Path(PathFunction::Line);
+        path_words(&mut x, block, PathFunction::Line)?;
     } else {
         statement(&mut x, block, start)?;
     }
@@ -64,24 +66,24 @@ fn statement(x: &mut Lexer<'_>, block: &mut Block, start: usize) -> Result<(), F
     }
     let word = x.letters();
     let path = match word.as_str() {
-        "L" => Some(Path::Line),
-        "LN" => Some(Path::Normal),
-        "LP" => Some(Path::PolarLine),
-        "C" if !matches!(x.s.peek(), b'+' | b'-' | b'0'..=b'9') => Some(Path::Arc),
-        "CC" => Some(Path::Pole),
-        "CR" => Some(Path::Radius),
-        "CT" => Some(Path::Tangent),
-        "CP" => Some(Path::PolarArc),
-        "CTP" => Some(Path::PolarTangent),
-        "RND" => Some(Path::Round),
-        "CHF" => Some(Path::Chamfer),
-        "APPR" => Some(Path::Approach(lead(x, start)?)),
-        "DEP" => Some(Path::Depart(lead(x, start)?)),
-        "FL" => Some(Path::Free(FreeKind::Line)),
-        "FLT" => Some(Path::Free(FreeKind::LineTangent)),
-        "FC" => Some(Path::Free(FreeKind::Arc)),
-        "FCT" => Some(Path::Free(FreeKind::ArcTangent)),
-        "FPOL" => Some(Path::FreePole),
+        "L" => Some(PathFunction::Line),
+        "LN" => Some(PathFunction::Normal),
+        "LP" => Some(PathFunction::PolarLine),
+        "C" if !matches!(x.s.peek(), b'+' | b'-' | b'0'..=b'9') => Some(PathFunction::Arc),
+        "CC" => Some(PathFunction::Pole),
+        "CR" => Some(PathFunction::Radius),
+        "CT" => Some(PathFunction::Tangent),
+        "CP" => Some(PathFunction::PolarArc),
+        "CTP" => Some(PathFunction::PolarTangent),
+        "RND" => Some(PathFunction::Round),
+        "CHF" => Some(PathFunction::Chamfer),
+        "APPR" => Some(PathFunction::Approach(lead(x, start)?)),
+        "DEP" => Some(PathFunction::Depart(lead(x, start)?)),
+        "FL" => Some(PathFunction::Free(FreeKind::Line)),
+        "FLT" => Some(PathFunction::Free(FreeKind::LineTangent)),
+        "FC" => Some(PathFunction::Free(FreeKind::Arc)),
+        "FCT" => Some(PathFunction::Free(FreeKind::ArcTangent)),
+        "FPOL" => Some(PathFunction::FreePole),
         _ => None,
     };
     if let Some(path) = path {
@@ -94,15 +96,15 @@ fn statement(x: &mut Lexer<'_>, block: &mut Block, start: usize) -> Result<(), F
     // Written without blanks, `LX+10`; or a positioning block without L, `X+10 R0`; or M functions alone.
     x.set_pos(start);
     let compact = [
-        ("CTP", Path::PolarTangent),
-        ("LN", Path::Normal),
-        ("LP", Path::PolarLine),
-        ("CP", Path::PolarArc),
-        ("CR", Path::Radius),
-        ("CC", Path::Pole),
-        ("CT", Path::Tangent),
-        ("L", Path::Line),
-        ("C", Path::Arc),
+        ("CTP", PathFunction::PolarTangent),
+        ("LN", PathFunction::Normal),
+        ("LP", PathFunction::PolarLine),
+        ("CP", PathFunction::PolarArc),
+        ("CR", PathFunction::Radius),
+        ("CC", PathFunction::Pole),
+        ("CT", PathFunction::Tangent),
+        ("L", PathFunction::Line),
+        ("C", PathFunction::Arc),
     ];
     for (name, path) in compact {
         let rest = word.strip_prefix(name).unwrap_or_default();
@@ -140,13 +142,13 @@ fn statement(x: &mut Lexer<'_>, block: &mut Block, start: usize) -> Result<(), F
         }
     }
     if matches!(word.as_str(), "M" | "F" | "FMAX" | "R" | "RL" | "RR") {
-        block.statement = Statement::Path(Path::Nothing);
-        return path_words(x, block, Path::Nothing);
+        block.statement = Statement::Path(PathFunction::Nothing);
+        return path_words(x, block, PathFunction::Nothing);
     }
     let axis = word.strip_prefix('I').unwrap_or(&word);
     if axis.len() == 1 && AxisValues::index(axis.chars().next().unwrap_or(' ')).is_some() {
-        block.statement = Statement::Path(Path::Line);
-        return path_words(x, block, Path::Line);
+        block.statement = Statement::Path(PathFunction::Line);
+        return path_words(x, block, PathFunction::Line);
     }
     Err(x.unexpected())
 }
@@ -179,9 +181,9 @@ fn lead(x: &mut Lexer<'_>, start: usize) -> Result<Lead, Fault> {
 }
 
 /// Reads the words of a path block.
-pub(crate) fn path_words(x: &mut Lexer<'_>, block: &mut Block, path: Path) -> Result<(), Fault> {
+pub(crate) fn path_words(x: &mut Lexer<'_>, block: &mut Block, path: PathFunction) -> Result<(), Fault> {
     let words = &mut block.words;
-    if path == Path::Chamfer {
+    if path == PathFunction::Chamfer {
         x.blanks();
         if matches!(x.s.peek(), b'0'..=b'9' | b'.' | b'+' | b'-' | b'Q' | b'q') {
             words.length = x.value()?;
@@ -237,17 +239,20 @@ fn set<T>(slot: &mut Option<T>, value: T, word: &str, span: Span) -> Result<(), 
     Ok(())
 }
 
-fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
+fn word(x: &mut Lexer<'_>, words: &mut Words, path: PathFunction) -> Result<(), Fault> {
     let start = x.pos();
     let first = x.peek();
     let second = x.peek_at(1);
-    let arc_lead = matches!(path, Path::Approach(Lead::Circle) | Path::Depart(Lead::Circle) | Path::Free(_));
+    let arc_lead = matches!(
+        path,
+        PathFunction::Approach(Lead::Circle) | PathFunction::Depart(Lead::Circle) | PathFunction::Free(_)
+    );
     if first == b'C' && second == b'C' && x.peek_at(2) == b'A' && arc_lead {
         x.set_pos(start + 3);
         let value = x.need(start)?;
         return set(&mut words.arc_angle, value, "CCA", x.span_from(start));
     }
-    if matches!(path, Path::Free(_)) && free_word(x, words, start)? {
+    if matches!(path, PathFunction::Free(_)) && free_word(x, words, start)? {
         return Ok(());
     }
     if let Some(index) = axis(first)
@@ -255,7 +260,7 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
     {
         x.s.bump();
         let value = x.need(start)?;
-        takes::check(path, Word::Axis(index), x.s.slice(start), x.span_from(start))?;
+        takes::check(path, PathWord::Axis(index), x.s.slice(start), x.span_from(start))?;
         return put_axis(words, index, Coordinate { value, reference: Reference::Absolute }, x.span_from(start));
     }
     match (first, second) {
@@ -263,7 +268,7 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
             x.set_pos(start + 2);
             let value = x.need(start)?;
             let index = axis(letter).unwrap_or(0);
-            takes::check(path, Word::Axis(index), x.s.slice(start), x.span_from(start))?;
+            takes::check(path, PathWord::Axis(index), x.s.slice(start), x.span_from(start))?;
             put_axis(words, index, Coordinate { value, reference: Reference::Incremental }, x.span_from(start))
         }
         (b'P', b'R' | b'A') | (b'I', b'P') => {
@@ -278,9 +283,9 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
             let reference = if incremental { Reference::Incremental } else { Reference::Absolute };
             let coordinate = Coordinate { value, reference };
             let (slot, name, kind) = if which == b'R' {
-                (&mut words.polar_radius, "PR", Word::PolarRadius)
+                (&mut words.polar_radius, "PR", PathWord::PolarRadius)
             } else {
-                (&mut words.polar_angle, "PA", Word::PolarAngle)
+                (&mut words.polar_angle, "PA", PathWord::PolarAngle)
             };
             takes::check(path, kind, x.s.slice(start), x.span_from(start))?;
             set(slot, coordinate, name, x.span_from(start))
@@ -288,7 +293,7 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
         (b'D', b'R') if matches!(x.peek_at(2), b'+' | b'-') => {
             let clockwise = x.peek_at(2) == b'-';
             x.set_pos(start + 3);
-            takes::check(path, Word::Turn, x.s.slice(start), x.span_from(start))?;
+            takes::check(path, PathWord::Turn, x.s.slice(start), x.span_from(start))?;
             set(&mut words.clockwise, clockwise, "DR", x.span_from(start))
         }
         (b'R', _) => radius_word(x, words, path, start),
@@ -298,19 +303,19 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
                 return Ok(());
             }
             let feed = x.feed(start)?;
-            let kind = if feed == FeedWord::Max { Word::Rapid } else { Word::Feed };
+            let kind = if feed == FeedWord::Max { PathWord::Rapid } else { PathWord::Feed };
             takes::check(path, kind, x.s.slice(start), x.span_from(start))?;
             set(&mut words.feed, feed, "F", x.span_from(start))
         }
         (b'M', _) => {
             x.s.bump();
             let function = super::functions::word(x, start)?;
-            takes::check(path, Word::Function, x.s.slice(start), x.span_from(start))?;
+            takes::check(path, PathWord::Function, x.s.slice(start), x.span_from(start))?;
             words.functions.push(function);
             Ok(())
         }
         (b'N' | b'T', b'X' | b'Y' | b'Z') => {
-            if path != Path::Normal {
+            if path != PathFunction::Normal {
                 return Err(Fault::new(codes::CONFLICT, Span::new(start, start + 2), "a vector in a block without LN")
                     .help("write LN, or remove the vector"));
             }
@@ -330,13 +335,13 @@ fn word(x: &mut Lexer<'_>, words: &mut Words, path: Path) -> Result<(), Fault> {
 }
 
 /// LEN belongs to the block.
-fn has_length(path: Path) -> bool {
+fn has_length(path: PathFunction) -> bool {
     matches!(
         path,
-        Path::Approach(Lead::LineTangent | Lead::LineNormal)
-            | Path::Depart(Lead::LineTangent | Lead::LineNormal)
-            | Path::Chamfer
-            | Path::Free(_)
+        PathFunction::Approach(Lead::LineTangent | Lead::LineNormal)
+            | PathFunction::Depart(Lead::LineTangent | Lead::LineNormal)
+            | PathFunction::Chamfer
+            | PathFunction::Free(_)
     )
 }
 
@@ -360,30 +365,39 @@ fn free_word(x: &mut Lexer<'_>, words: &mut Words, start: usize) -> Result<bool,
     Ok(true)
 }
 
-fn radius_word(x: &mut Lexer<'_>, words: &mut Words, path: Path, start: usize) -> Result<(), Fault> {
+fn radius_word(x: &mut Lexer<'_>, words: &mut Words, path: PathFunction, start: usize) -> Result<(), Fault> {
     x.s.bump();
     let next = x.peek();
-    if empty(x) && matches!(path, Path::Line | Path::Arc | Path::PolarLine | Path::PolarArc | Path::Tangent) {
+    if empty(x)
+        && matches!(
+            path,
+            PathFunction::Line
+                | PathFunction::Arc
+                | PathFunction::PolarLine
+                | PathFunction::PolarArc
+                | PathFunction::Tangent
+        )
+    {
         return Ok(());
     }
     if matches!(next, b'L' | b'R') {
         x.s.bump();
-        let side = if next == b'L' { Side::Left } else { Side::Right };
-        takes::check(path, Word::Side, x.s.slice(start), x.span_from(start))?;
+        let side = if next == b'L' { RadiusSide::Left } else { RadiusSide::Right };
+        takes::check(path, PathWord::Side, x.s.slice(start), x.span_from(start))?;
         return set(&mut words.side, side, "radius compensation", x.span_from(start));
     }
     let takes_radius = matches!(
         path,
-        Path::Radius
-            | Path::Round
-            | Path::Approach(Lead::Circle | Lead::LineCircle)
-            | Path::Depart(Lead::Circle | Lead::LineCircle)
-            | Path::Free(_)
+        PathFunction::Radius
+            | PathFunction::Round
+            | PathFunction::Approach(Lead::Circle | Lead::LineCircle)
+            | PathFunction::Depart(Lead::Circle | Lead::LineCircle)
+            | PathFunction::Free(_)
     );
     if next == b'0' && !matches!(x.peek_at(1), b'0'..=b'9' | b'.') {
         x.s.bump();
-        takes::check(path, Word::Side, x.s.slice(start), x.span_from(start))?;
-        return set(&mut words.side, Side::Off, "radius compensation", x.span_from(start));
+        takes::check(path, PathWord::Side, x.s.slice(start), x.span_from(start))?;
+        return set(&mut words.side, RadiusSide::Off, "radius compensation", x.span_from(start));
     }
     if !takes_radius {
         if matches!(next, b'+' | b'-') {

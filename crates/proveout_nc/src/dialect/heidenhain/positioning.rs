@@ -1,8 +1,8 @@
 //! LN blocks and motions in machine coordinates.
 
-use super::interpreter::Interpreter;
 use super::motion::ROTARY;
-use super::words::{Path, Value, Words};
+use super::run_state::Interpreter;
+use super::words::{PathFunction, Value, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};
 use crate::frame;
@@ -54,8 +54,14 @@ impl Interpreter {
     }
 
     /// M91, M92: coordinates of the machine axes, only the programmed ones move.
-    pub(crate) fn machine_motion(&mut self, path: Path, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
-        if !matches!(path, Path::Line) {
+    pub(crate) fn machine_motion(
+        &mut self,
+        path: PathFunction,
+        w: &Words,
+        rapid: bool,
+        span: Span,
+    ) -> Result<(), Fault> {
+        if !matches!(path, PathFunction::Line) {
             return Err(Fault::new(codes::CONFLICT, span, "M91 and M92 belong to straight blocks").help("write L"));
         }
         if self.modal.corner.is_some() {

@@ -3,9 +3,9 @@
 //! A block of path words is executed with the words that could be read; everything else that a block with a fault would have
 //! set is in doubt.
 
-use super::interpreter::{Interpreter, Labels};
+use super::run_state::{Interpreter, Labels};
 use super::words::Statement;
-use crate::channel::Failed;
+use crate::channel::FailedBlock;
 use crate::channel::doubt::{Doubt, Stage};
 use crate::codes;
 use crate::diagnostic::Diagnostic;
@@ -48,7 +48,7 @@ pub(super) fn nothing_waits(channel: &mut Interpreter) {
 }
 
 /// Continues after the failed block; returns what is in doubt there.
-pub(super) fn go_on(channel: &mut Interpreter, failed: &Failed<Labels>) -> Doubt {
+pub(super) fn go_on(channel: &mut Interpreter, failed: &FailedBlock<Labels>) -> Doubt {
     match (failed.code, channel.recovery.faults.stage) {
         (codes::NO_END | codes::JUMP_TARGET, _) => Doubt::NONE,
         (codes::STRUCTURE, _) if failed.line.is_empty() => {

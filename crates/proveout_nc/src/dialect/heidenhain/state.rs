@@ -1,14 +1,14 @@
 //! What stays in force from block to block.
 
-use super::corner::Corner;
+use super::corner::PendingCorner;
 use super::cycle::{Cycle, OldCycle};
-use super::frames::Frames;
+use super::frames::DatumFrames;
 use super::words::Pattern;
 use crate::{AxisValues, Feed, OrientationInterpolation, RotarySolution, Settings, Tcp};
 
 /// Modal state of the control.
 #[derive(Debug)]
-pub(crate) struct State {
+pub(crate) struct HeidenhainState {
     pub(crate) inch: bool,
     /// Index of the tool axis: 2 for Z.
     pub(crate) normal: usize,
@@ -22,10 +22,10 @@ pub(crate) struct State {
     pub(crate) tool_feed: Option<Feed>,
     /// M136
     pub(crate) per_revolution: bool,
-    pub(crate) side: Option<super::words::Side>,
+    pub(crate) side: Option<super::words::RadiusSide>,
     /// DL, DR, DR2 of the last TOOL CALL, mm.
     pub(crate) delta: [f64; 3],
-    pub(crate) frames: Frames,
+    pub(crate) frames: DatumFrames,
     /// M128 or FUNCTION TCPM.
     pub(crate) tcpm: bool,
     /// AXIS SPAT
@@ -50,13 +50,13 @@ pub(crate) struct State {
     pub(crate) element_feed: Option<Feed>,
     pub(crate) feed_before: Option<Feed>,
     /// Compensation in force before a departure.
-    pub(crate) departing: Option<super::words::Side>,
+    pub(crate) departing: Option<super::words::RadiusSide>,
     /// M120 LA: blocks that the control looks ahead for undercuts, while compensation is on.
     pub(crate) look_ahead: usize,
     /// R0 came since.
     pub(crate) look_ahead_ended: bool,
     pub(crate) approach: Option<super::approach::Approach>,
-    pub(crate) corner: Option<Corner>,
+    pub(crate) corner: Option<PendingCorner>,
     pub(crate) pending_cycle: Option<OldCycle>,
     pub(crate) cycle: Option<Cycle>,
     /// M89
@@ -74,7 +74,7 @@ pub(crate) struct State {
     pub(crate) plane_solution: RotarySolution,
 }
 
-impl State {
+impl HeidenhainState {
     pub(crate) fn new(settings: &Settings) -> Self {
         Self {
             inch: false,
@@ -86,7 +86,7 @@ impl State {
             per_revolution: false,
             side: None,
             delta: [0.0; 3],
-            frames: Frames::new(settings),
+            frames: DatumFrames::new(settings),
             tcpm: false,
             spatial: false,
             interpolation: OrientationInterpolation::Axes,

@@ -40,7 +40,7 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
         }
         "STOP" => {
             block.statement = Statement::Stop;
-            super::parser::path_words(x, block, super::words::Path::Nothing)?;
+            super::parser::path_words(x, block, super::words::PathFunction::Nothing)?;
             return Ok(true);
         }
         "PLANE" => Statement::Plane(plane_words::plane(x, start)?),
@@ -48,7 +48,7 @@ pub(crate) fn statement(x: &mut Lexer<'_>, word: &str, start: usize, block: &mut
         "TRANS" => {
             let trans = plane_words::trans(x, start)?;
             if trans == Statement::Datum(true) {
-                super::parser::path_words(x, block, super::words::Path::Line)?;
+                super::parser::path_words(x, block, super::words::PathFunction::Line)?;
                 super::takes::axes_alone(&block.words, "TRANS DATUM", x.span_from(start))?;
             } else if trans == Statement::TransMirror(true) {
                 while !x.ended() {

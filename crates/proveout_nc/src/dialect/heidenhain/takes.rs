@@ -4,13 +4,13 @@
 //! After HEIDENHAIN, *TNC 640 Klartext programming*, "Programming contours": CC takes coordinates alone, a direction DR belongs to
 //! circles about a pole or with a radius, PR and PA to polar paths, rapid traverse FMAX to straight blocks.
 
-use super::words::{Lead, OldWord, Path, Plane, PlaneKind, Words};
+use super::words::{Lead, OldWord, PathFunction, Plane, PlaneKind, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, twice};
 
 /// Kind of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Word {
+pub(super) enum PathWord {
     Axis(usize),
     PolarRadius,
     PolarAngle,
@@ -24,62 +24,62 @@ pub(super) enum Word {
     Function,
 }
 
-fn takes(path: Path, word: Word) -> bool {
-    use Word::{Axis, Feed, Function, PolarAngle, PolarRadius, Rapid, Side, Turn};
+fn takes(path: PathFunction, word: PathWord) -> bool {
+    use PathWord::{Axis, Feed, Function, PolarAngle, PolarRadius, Rapid, Side, Turn};
     match path {
-        Path::Nothing => matches!(word, Side | Function | Feed | Rapid),
-        Path::Line | Path::Normal => !matches!(word, PolarRadius | PolarAngle | Turn),
+        PathFunction::Nothing => matches!(word, Side | Function | Feed | Rapid),
+        PathFunction::Line | PathFunction::Normal => !matches!(word, PolarRadius | PolarAngle | Turn),
         // Feed and functions in a CC block get a message of their own.
-        Path::Pole => matches!(word, Axis(_) | Feed | Function),
-        Path::Arc | Path::Radius => !matches!(word, PolarRadius | PolarAngle | Rapid),
-        Path::Tangent => !matches!(word, PolarRadius | PolarAngle | Turn | Rapid),
-        Path::PolarLine => word != Turn,
-        Path::PolarArc => word != Rapid,
-        Path::PolarTangent => !matches!(word, Turn | Rapid),
-        Path::Round | Path::Chamfer => !matches!(word, PolarRadius | PolarAngle | Turn | Rapid),
-        Path::Approach(_) => word != Turn,
-        Path::Depart(Lead::LineCircle) => !matches!(word, Turn | Axis(3..)),
-        Path::Depart(_) => !matches!(word, Turn | Axis(3..) | PolarRadius | PolarAngle),
-        Path::Free(_) | Path::FreePole => true,
+        PathFunction::Pole => matches!(word, Axis(_) | Feed | Function),
+        PathFunction::Arc | PathFunction::Radius => !matches!(word, PolarRadius | PolarAngle | Rapid),
+        PathFunction::Tangent => !matches!(word, PolarRadius | PolarAngle | Turn | Rapid),
+        PathFunction::PolarLine => word != Turn,
+        PathFunction::PolarArc => word != Rapid,
+        PathFunction::PolarTangent => !matches!(word, Turn | Rapid),
+        PathFunction::Round | PathFunction::Chamfer => !matches!(word, PolarRadius | PolarAngle | Turn | Rapid),
+        PathFunction::Approach(_) => word != Turn,
+        PathFunction::Depart(Lead::LineCircle) => !matches!(word, Turn | Axis(3..)),
+        PathFunction::Depart(_) => !matches!(word, Turn | Axis(3..) | PolarRadius | PolarAngle),
+        PathFunction::Free(_) | PathFunction::FreePole => true,
     }
 }
 
 /// Refuses a word that the block does not use.
-pub(super) fn check(path: Path, word: Word, text: &str, span: Span) -> Result<(), Fault> {
+pub(super) fn check(path: PathFunction, word: PathWord, text: &str, span: Span) -> Result<(), Fault> {
     if takes(path, word) {
         return Ok(());
     }
     let text = text.trim();
     let block = name(path);
     let help = match word {
-        Word::Rapid => "write a feed: only straight blocks run at FMAX",
-        Word::Turn => "remove it: DR belongs to C, CR and CP",
-        Word::PolarRadius | Word::PolarAngle => "write LP, CP or CTP for polar coordinates",
-        Word::Axis(_) => "write L in front of the coordinates",
-        Word::Side | Word::Feed | Word::Function => "write it in another block",
+        PathWord::Rapid => "write a feed: only straight blocks run at FMAX",
+        PathWord::Turn => "remove it: DR belongs to C, CR and CP",
+        PathWord::PolarRadius | PathWord::PolarAngle => "write LP, CP or CTP for polar coordinates",
+        PathWord::Axis(_) => "write L in front of the coordinates",
+        PathWord::Side | PathWord::Feed | PathWord::Function => "write it in another block",
     };
     Err(Fault::new(codes::CONFLICT, span, format!("{block} does not take `{text}`")).help(help))
 }
 
 /// How a block of this kind begins.
-fn name(path: Path) -> &'static str {
+fn name(path: PathFunction) -> &'static str {
     match path {
-        Path::Nothing => "a block without a path",
-        Path::Line => "L",
-        Path::Normal => "LN",
-        Path::Pole => "CC",
-        Path::Arc => "C",
-        Path::Radius => "CR",
-        Path::Tangent => "CT",
-        Path::PolarLine => "LP",
-        Path::PolarArc => "CP",
-        Path::PolarTangent => "CTP",
-        Path::Round => "RND",
-        Path::Chamfer => "CHF",
-        Path::Approach(_) => "APPR",
-        Path::Depart(_) => "DEP",
-        Path::Free(_) => "a free contour",
-        Path::FreePole => "FPOL",
+        PathFunction::Nothing => "a block without a path",
+        PathFunction::Line => "L",
+        PathFunction::Normal => "LN",
+        PathFunction::Pole => "CC",
+        PathFunction::Arc => "C",
+        PathFunction::Radius => "CR",
+        PathFunction::Tangent => "CT",
+        PathFunction::PolarLine => "LP",
+        PathFunction::PolarArc => "CP",
+        PathFunction::PolarTangent => "CTP",
+        PathFunction::Round => "RND",
+        PathFunction::Chamfer => "CHF",
+        PathFunction::Approach(_) => "APPR",
+        PathFunction::Depart(_) => "DEP",
+        PathFunction::Free(_) => "a free contour",
+        PathFunction::FreePole => "FPOL",
     }
 }
 

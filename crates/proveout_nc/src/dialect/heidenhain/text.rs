@@ -9,7 +9,7 @@ const MAX_BLOCK_BYTES: usize = 1 << 20;
 
 /// A block of text: one line, or several joined by line feeds.
 #[derive(Debug)]
-pub(crate) struct Text<'a> {
+pub(crate) struct BlockText<'a> {
     /// The line itself, or the joined lines of `buffer`.
     pub(crate) text: &'a str,
     pub(crate) next: Mark,
@@ -46,7 +46,7 @@ fn parameter_line(line: &str) -> bool {
 }
 
 /// The block that starts at the mark; `buffer` holds joined lines.
-pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) -> Option<Text<'a>> {
+pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) -> Option<BlockText<'a>> {
     let (line, mut next) = source.line(at)?;
     // The common case first: a plain block shows no sign of a continuation.
     let last = line.as_bytes().last().copied().unwrap_or(0);
@@ -55,7 +55,7 @@ pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) ->
         && matches!(line.as_bytes().iter().find(|b| b.is_ascii_alphabetic()), Some(b'C' | b'c'))
         && open_cycle(line);
     if !joins && !cycle {
-        return Some(Text { text: line, next, joined: false });
+        return Some(BlockText { text: line, next, joined: false });
     }
     buffer.clear();
     buffer.push_str(line);
@@ -71,7 +71,7 @@ pub(crate) fn block<'a>(source: &'a Source, at: Mark, buffer: &'a mut String) ->
         next = after;
         more = continued(line);
     }
-    Some(Text { text: buffer, next, joined: true })
+    Some(BlockText { text: buffer, next, joined: true })
 }
 
 /// Line of the block, counted from its first, and the span in that line.

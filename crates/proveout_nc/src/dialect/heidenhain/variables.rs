@@ -16,7 +16,7 @@ pub(crate) enum Val {
 }
 
 #[derive(Debug)]
-pub(crate) struct Variables {
+pub(crate) struct QParameters {
     numbers: BTreeMap<Param, f64>,
     texts: BTreeMap<u32, String>,
     /// QL parameters of the programs that called this one.
@@ -25,7 +25,7 @@ pub(crate) struct Variables {
     limit: usize,
 }
 
-impl Variables {
+impl QParameters {
     pub(crate) fn new(settings: &BTreeMap<String, f64>, limit: usize) -> Self {
         let settings = settings.iter().map(|(name, &value)| (name.to_ascii_uppercase(), value)).collect();
         Self { numbers: BTreeMap::new(), texts: BTreeMap::new(), saved: Vec::new(), settings, limit }

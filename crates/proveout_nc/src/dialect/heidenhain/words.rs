@@ -82,7 +82,7 @@ pub(crate) struct MWord {
 
 /// R0, RL, RR.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Side {
+pub(crate) enum RadiusSide {
     Off,
     Left,
     Right,
@@ -99,7 +99,7 @@ pub(crate) struct Words {
     pub(crate) radius: Option<Value>,
     /// DR-
     pub(crate) clockwise: Option<bool>,
-    pub(crate) side: Option<Side>,
+    pub(crate) side: Option<RadiusSide>,
     pub(crate) feed: Option<FeedWord>,
     pub(crate) normal: [Option<Value>; 3],
     pub(crate) vector: [Option<Value>; 3],
@@ -145,7 +145,7 @@ impl Words {
 
 /// Kind of a path block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Path {
+pub(crate) enum PathFunction {
     /// Only M functions, feed or compensation.
     Nothing,
     Line,
@@ -345,7 +345,7 @@ pub(crate) enum Statement {
         inch: bool,
     },
     End,
-    Path(Path),
+    Path(PathFunction),
     ToolCall(ToolCall),
     /// The tool, and the text after it, which is reported in a note.
     ToolDef(ToolRef, String),
@@ -396,7 +396,40 @@ pub(crate) enum Statement {
     Stop,
     Note(String),
     /// DIN/ISO block: G functions in the order of the block.
-    Din(Box<super::din::DinBlock>),
+    Din(Box<DinBlock>),
+}
+
+/// A block of path functions.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct DinBlock {
+    /// Path function of this block, if it has one.
+    pub(crate) path: Option<u32>,
+    /// G90 (false) or G91 (true).
+    pub(crate) incremental: Option<bool>,
+    /// I, J, K.
+    pub(crate) pole: [Option<Value>; 3],
+    /// G29
+    pub(crate) pole_here: bool,
+    pub(crate) radius: Option<Value>,
+    pub(crate) angle: Option<Value>,
+    /// T, S and the plane, which act before the path.
+    pub(crate) tool: Option<ToolCall>,
+}
+
+/// Everything of a block before its meaning is known.
+#[derive(Default)]
+pub(super) struct DinWords {
+    pub(super) g: Vec<(u32, Span)>,
+    pub(super) din: DinBlock,
+    pub(super) label: Option<(Label, Option<Value>)>,
+    pub(super) function: Option<(u32, Option<Param>)>,
+    pub(super) values: Vec<Value>,
+    pub(super) target: Option<Label>,
+    pub(super) settings: Vec<(Param, CycleValue, Span)>,
+    pub(super) tool: Option<ToolRef>,
+    pub(super) speed: Option<Value>,
+    pub(super) delta: [Option<Value>; 3],
+    pub(super) program: Option<String>,
 }
 
 /// A block of either form. Reused from block to block.

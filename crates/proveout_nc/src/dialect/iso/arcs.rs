@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::AxisValues;
 use crate::arc::{self, ArcFault, PlaneArc};
 use crate::channel::{arc_fault, differ_by_little};
@@ -185,13 +185,13 @@ impl Interpreter {
 
 /// What the words of a center that does not fit would mean on another control.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Reading {
+enum CenterReading {
     Absolute,
     /// With these signs.
     Unsigned([f64; 2]),
 }
 
-impl Reading {
+impl CenterReading {
     fn text(self, letters: [u8; 2], flavor: Flavor) -> String {
         let [a, b] = letters.map(char::from);
         match self {
@@ -211,7 +211,7 @@ impl Reading {
 }
 
 /// The reading under which start and end have the same distance from the center, where only one has.
-fn other_reading(start: [f64; 2], end: [f64; 2], words: [Option<f64>; 2], tolerance: f64) -> Option<Reading> {
+fn other_reading(start: [f64; 2], end: [f64; 2], words: [Option<f64>; 2], tolerance: f64) -> Option<CenterReading> {
     let fits = |center: [f64; 2]| {
         let radius = |q: [f64; 2]| (q[0] - center[0]).hypot(q[1] - center[1]);
         (radius(start) - radius(end)).abs() <= tolerance && radius(start) > tolerance
@@ -220,10 +220,10 @@ fn other_reading(start: [f64; 2], end: [f64; 2], words: [Option<f64>; 2], tolera
     if let (Some(a), Some(b)) = (a, b)
         && fits([a, b])
     {
-        return Some(Reading::Absolute);
+        return Some(CenterReading::Absolute);
     }
     let (a, b) = (a.unwrap_or(0.0).abs(), b.unwrap_or(0.0).abs());
     let signs = [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]];
     let mut fitting = signs.into_iter().filter(|s| fits([start[0] + s[0] * a, start[1] + s[1] * b]));
-    fitting.next().map(Reading::Unsigned)
+    fitting.next().map(CenterReading::Unsigned)
 }

@@ -11,11 +11,11 @@
 use super::calls::whole;
 use super::corners;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::modal::{FeedMode, MotionMode};
-use super::parser::{Block, CHAMFER, ROUNDING, Value, Word};
+use super::parser::{CHAMFER, IsoBlock, IsoWord, ROUNDING, WordValue};
 use super::pending::{Full, Pending};
-use super::words::{self, Class, Function, Group};
+use super::run_state::Interpreter;
+use super::words::{self, Function, GWordClass, Group};
 use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::control::words::WordKey;
@@ -28,7 +28,7 @@ pub(crate) use crate::diagnostic::refused;
 
 impl Interpreter {
     /// Executes the words and assignments of a block.
-    pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
+    pub(crate) fn execute(&mut self, block: &IsoBlock, line: &str) -> Result<(), Fault> {
         self.own.moved_in_block = false;
         self.own.no_cycle = block.no_cycle;
         let mut p = Pending::new();
@@ -65,11 +65,11 @@ impl Interpreter {
         Ok(())
     }
 
-    fn collect_word(&self, p: &mut Pending, word: &Word, block: &Block) -> Result<(), Fault> {
+    fn collect_word(&self, p: &mut Pending, word: &IsoWord, block: &IsoBlock) -> Result<(), Fault> {
         let span = word.span;
         let (value, point) = match &word.value {
-            Value::Number { value, point } => (*value, *point),
-            Value::Expr(expr) => match self.value(expr, span)? {
+            WordValue::Number { value, point } => (*value, *point),
+            WordValue::Expr(expr) => match self.value(expr, span)? {
                 Some(value) => (value, true),
                 // A parameter of a Fagor that nothing has set is zero.
                 None if self.settings.control.depth_in_i => (0.0, true),
@@ -125,7 +125,7 @@ impl Interpreter {
             };
         }
         match words::class(self.own.flavor, self.own.assumed, &self.settings.control, code) {
-            Class::Known(group) => match p.put_g(code, group) {
+            GWordClass::Known(group) => match p.put_g(code, group) {
                 Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
                     let message = format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
                     Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"))
@@ -134,9 +134,9 @@ impl Interpreter {
                 Err(Full) => Err(too_many("G", span)),
             },
             // Noted with the functions; its values belong to it.
-            Class::Note => p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span)),
-            Class::Refused(remedy) => Err(refused(&g_name(code), span, remedy)),
-            Class::Unknown => Err(unknown_g(self.own.flavor, code, span)),
+            GWordClass::Note => p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span)),
+            GWordClass::Refused(remedy) => Err(refused(&g_name(code), span, remedy)),
+            GWordClass::Unknown => Err(unknown_g(self.own.flavor, code, span)),
         }
     }
 
@@ -167,7 +167,7 @@ impl Interpreter {
         Ok(())
     }
 
-    fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
+    fn act(&mut self, p: &mut Pending, block: &IsoBlock) -> Result<(), Fault> {
         let span = block.span;
         if p.g(Group::Rotation) != Some(682)
             && let Some(fault) = self.plane_is_open(span)
@@ -505,8 +505,8 @@ const M_LISTED: f64 = 1e9;
 /// Numbers of M from here on are not told as words that no control file lists.
 const M_TOLD: f64 = 1e8;
 
-fn is_macro_call(block: &Block) -> bool {
-    block.words.iter().any(|w| w.letter == b'G' && matches!(w.value, Value::Number { value: 65.0 | 66.0, .. }))
+fn is_macro_call(block: &IsoBlock) -> bool {
+    block.words.iter().any(|w| w.letter == b'G' && matches!(w.value, WordValue::Number { value: 65.0 | 66.0, .. }))
 }
 
 /// Ten times the number of a G word.
@@ -545,7 +545,7 @@ fn too_many(letter: &str, span: Span) -> Fault {
     Fault::new(codes::BAD_VALUE, span, format!("the block has too many {letter} words")).help("write several blocks")
 }
 
-fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
+fn left_over(letter: u8, block: &IsoBlock, line: &str) -> Fault {
     let span = block.words.iter().find(|w| w.letter == letter).map_or(block.span, |w| w.span);
     let text = line.get(span.start as usize..span.end as usize).unwrap_or_default();
     let axis = matches!(letter, b'X' | b'Y' | b'Z' | b'A' | b'B' | b'C' | b'U' | b'V' | b'W');
@@ -561,8 +561,8 @@ fn left_over(letter: u8, block: &Block, line: &str) -> Fault {
 }
 
 /// The fault of a word that no state of the control makes valid.
-pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, word: &Word) -> Option<Fault> {
-    let Value::Number { value, .. } = word.value else { return None };
+pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, word: &IsoWord) -> Option<Fault> {
+    let WordValue::Number { value, .. } = word.value else { return None };
     let listed = match word.letter {
         b'G' => control.words.g(g_code(value, word.span).ok()?),
         b'M' if (0.0..M_LISTED).contains(&value) => control.words.m(value as u32),
@@ -580,8 +580,8 @@ pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, wor
         return None;
     }
     match words::class(flavor, assumed, control, code) {
-        Class::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
-        Class::Unknown => Some(unknown_g(flavor, code, word.span)),
+        GWordClass::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
+        GWordClass::Unknown => Some(unknown_g(flavor, code, word.span)),
         _ => None,
     }
 }
@@ -591,9 +591,9 @@ pub(crate) fn unlisted_word(
     flavor: Flavor,
     assumed: bool,
     control: &Control,
-    word: &Word,
+    word: &IsoWord,
 ) -> Option<(WordKey, &'static str)> {
-    let Value::Number { value, .. } = word.value else { return None };
+    let WordValue::Number { value, .. } = word.value else { return None };
     match word.letter {
         b'G' => {
             let code = g_code(value, word.span).ok()?;
@@ -601,9 +601,9 @@ pub(crate) fn unlisted_word(
                 return None;
             }
             let now = match words::class(flavor, assumed, control, code) {
-                Class::Unknown => "refused: unknown",
-                Class::Refused(_) => "refused: not supported",
-                Class::Known(_) | Class::Note => return None,
+                GWordClass::Unknown => "refused: unknown",
+                GWordClass::Refused(_) => "refused: not supported",
+                GWordClass::Known(_) | GWordClass::Note => return None,
             };
             control.words.g(code).is_none().then_some((WordKey::G(code), now))
         }
@@ -631,7 +631,7 @@ fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
     let help = "see the coverage table for the G words that are read, or give the word a meaning in a control file";
     match words::classify(Flavor::Haas, code) {
         // What a Haas has and no other control may be what the program was written for.
-        Class::Known(_) | Class::Note if flavor == Flavor::Fanuc => {
+        GWordClass::Known(_) | GWordClass::Note if flavor == Flavor::Fanuc => {
             fault.help(format!("{name} is a word of a Haas: --control haas-ngc reads it; else {help}"))
         }
         _ if flavor == Flavor::LinuxCnc && code == 500 => fault.help(format!(

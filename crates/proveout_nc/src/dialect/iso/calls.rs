@@ -6,44 +6,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::flavor::Flavor;
-use super::interpreter::{CallLevel, Interpreter, Loaded};
-use super::parser::{Block, CHAMFER, ROUNDING};
-use super::statement::Label;
+use super::parser::{CHAMFER, IsoBlock, ROUNDING};
+use super::run_state::{CallKind, CallTarget, Interpreter, IsoCall, Loaded, MacroCall};
+use super::statement::OLabel;
 use crate::Op;
-use crate::channel::Section;
+use crate::channel::ProgramSection;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::source::Mark;
-
-/// What a level of the call stack was entered by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum CallKind {
-    Main,
-    /// M98, M97
-    Sub,
-    /// G65, G66: with parameters of its own.
-    Macro,
-    /// O CALL
-    OSub,
-}
-
-/// A modal macro with its arguments.
-#[derive(Clone, Debug)]
-pub(crate) struct MacroCall {
-    program: Program,
-    passes: u32,
-    arguments: Vec<(u32, f64)>,
-    /// Values of local variables by name.
-    names: Vec<(String, f64)>,
-    depth: usize,
-}
-
-/// A program that is called: by a number that must be whole, or by the name of its head.
-#[derive(Clone, Debug)]
-enum Program {
-    Number(f64),
-    Name(String),
-}
 
 /// Program, passes and arguments.
 type MacroWords = (Option<f64>, Option<f64>, Vec<(u32, f64)>);
@@ -123,13 +93,13 @@ impl Interpreter {
     }
 
     /// G65 and G66.
-    pub(crate) fn macro_call(&mut self, block: &Block, modal: bool) -> Result<(), Fault> {
+    pub(crate) fn macro_call(&mut self, block: &IsoBlock, modal: bool) -> Result<(), Fault> {
         let span = block.span;
         let (program, times, arguments) = self.macro_words(block, None)?;
         let Some(program) = program else {
             return Err(Fault::new(codes::MISSING_VALUE, span, "the macro call has no P").help("write G65 P9010"));
         };
-        let program = Program::Number(program);
+        let program = CallTarget::Number(program);
         let (passes, names) = (count(times, span)?, Vec::new());
         let call = MacroCall { program, passes, arguments, names, depth: self.depth() };
         if modal {
@@ -140,15 +110,15 @@ impl Interpreter {
     }
 
     /// A macro that a word of the control file calls: as G65, with the words of the block but this one and G words.
-    pub(crate) fn call_macro(&mut self, program: f64, caller: &str, block: &Block) -> Result<(), Fault> {
+    pub(crate) fn call_macro(&mut self, program: f64, caller: &str, block: &IsoBlock) -> Result<(), Fault> {
         let (_, times, arguments) = self.macro_words(block, Some(caller))?;
         let (passes, names) = (count(times, block.span)?, Vec::new());
-        let call = MacroCall { program: Program::Number(program), passes, arguments, names, depth: self.depth() };
+        let call = MacroCall { program: CallTarget::Number(program), passes, arguments, names, depth: self.depth() };
         self.run_macro(&call, block.span)
     }
 
     /// Program (P), passes (L) and arguments of a block that calls a macro; `caller` is the M word that does.
-    fn macro_words(&self, block: &Block, caller: Option<&str>) -> Result<MacroWords, Fault> {
+    fn macro_words(&self, block: &IsoBlock, caller: Option<&str>) -> Result<MacroWords, Fault> {
         let (mut program, mut times, mut arguments) = (None, None, Vec::new());
         let mut sets = [0u32; 3];
         for word in &block.words {
@@ -189,8 +159,8 @@ impl Interpreter {
 
     pub(crate) fn run_macro(&mut self, call: &MacroCall, span: Span) -> Result<(), Fault> {
         let name = match &call.program {
-            Program::Number(number) => whole(*number, "P", 99_999_999.0, span)?.to_string(),
-            Program::Name(name) => name.clone(),
+            CallTarget::Number(number) => whole(*number, "P", 99_999_999.0, span)?.to_string(),
+            CallTarget::Name(name) => name.clone(),
         };
         let Some((loaded, section)) = self.find_program(&name, span)? else {
             return self.missing(&format!("O{}", name.trim_matches(['<', '>']).to_ascii_uppercase()), span);
@@ -217,7 +187,7 @@ impl Interpreter {
         modal: bool,
         span: Span,
     ) -> Result<(), Fault> {
-        let (passes, program) = (count(times, span)?, Program::Name(program));
+        let (passes, program) = (count(times, span)?, CallTarget::Name(program));
         let call = MacroCall { program, passes, arguments: Vec::new(), names, depth: self.depth() };
         if modal {
             self.own.modal_macro = Some(call);
@@ -244,13 +214,13 @@ impl Interpreter {
     /// `o100 call [1] [2]`
     pub(crate) fn call_o_sub(
         &mut self,
-        label: &Label,
+        label: &OLabel,
         arguments: &[super::expr::Expr],
         span: Span,
     ) -> Result<(), Fault> {
         let name = match label {
-            Label::Fixed(name) => name.clone(),
-            Label::Computed(expr) => whole(self.number(expr, span)?, "the label", 999_999_999.0, span)?.to_string(),
+            OLabel::Fixed(name) => name.clone(),
+            OLabel::Computed(expr) => whole(self.number(expr, span)?, "the label", 999_999_999.0, span)?.to_string(),
         };
         if arguments.len() > 30 {
             let message = format!("the call of {name} has {} arguments; a subprogram takes 30", arguments.len());
@@ -294,7 +264,7 @@ impl Interpreter {
 
     fn enter_sub(
         &mut self,
-        program: (Arc<Loaded>, Section),
+        program: (Arc<Loaded>, ProgramSection),
         first: Mark,
         passes: u32,
         kind: CallKind,
@@ -306,7 +276,7 @@ impl Interpreter {
         if matches!(kind, CallKind::Macro | CallKind::OSub) {
             self.variables.enter();
         }
-        self.enter(program, first, passes, CallLevel::new(kind));
+        self.enter(program, first, passes, IsoCall::new(kind));
         Ok(())
     }
 
@@ -334,7 +304,7 @@ impl Interpreter {
         }
         let end = loaded.source.line(end).map_or(end, |(_, next)| next).offset;
         if passes > 0 {
-            self.enter_sub((Arc::clone(loaded), Section { start, end }), start, passes, CallKind::Sub, span)?;
+            self.enter_sub((Arc::clone(loaded), ProgramSection { start, end }), start, passes, CallKind::Sub, span)?;
         }
         Ok(())
     }
@@ -356,7 +326,7 @@ impl Interpreter {
     }
 
     /// A program by its number or `<name>`: in the files of the call stack, then in the folders.
-    fn find_program(&mut self, name: &str, span: Span) -> Result<Option<(Arc<Loaded>, Section)>, Fault> {
+    fn find_program(&mut self, name: &str, span: Span) -> Result<Option<(Arc<Loaded>, ProgramSection)>, Fault> {
         for level in self.stack.iter().rev() {
             if let Some(section) = level.loaded.index.programs.get(name) {
                 return Ok(Some((Arc::clone(&level.loaded), *section)));

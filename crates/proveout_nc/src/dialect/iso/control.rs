@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use super::calls::CallKind;
 use super::expr::Expr;
 use super::index::{self, Partner};
-use super::interpreter::{Interpreter, Loaded};
 use super::osp::NAMED_SEQUENCE;
-use super::parser::{self, Block};
-use super::statement::{Label, OWord, Statement};
+use super::parser::{self, IsoBlock};
+use super::run_state::CallKind;
+use super::run_state::{Interpreter, Loaded};
+use super::statement::{IsoStatement, OLabel, OWord};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::source::Mark;
@@ -22,14 +22,14 @@ impl Interpreter {
         &mut self,
         loaded: &Arc<Loaded>,
         at: Mark,
-        statement: Statement,
-        block: &Block,
+        statement: IsoStatement,
+        block: &IsoBlock,
         line: &str,
     ) -> Result<bool, Fault> {
         let span = block.span;
         match statement {
             // A LinuxCNC runs through the heads of numbered programs, but not from a subprogram of O words.
-            Statement::Header(name) => {
+            IsoStatement::Header(name) => {
                 let in_sub = self.stack.last().is_some_and(|level| level.own.kind == CallKind::OSub);
                 if self.own.flavor.is_linuxcnc() && in_sub {
                     let message = format!("a subprogram of O words runs into the head of the numbered program {name}");
@@ -38,24 +38,24 @@ impl Interpreter {
                     );
                 }
             }
-            Statement::Output(text) => self.note(text),
-            Statement::Call(call) => self.call_program(&call, false, block, span)?,
-            Statement::ModalCall(call) => self.call_program(&call, true, block, span)?,
-            Statement::EndModal => self.own.modal_macro = None,
-            Statement::EndCall => self.end_call(span)?,
-            Statement::IfGoto(condition, target) | Statement::IfSequence(condition, target) => {
+            IsoStatement::Output(text) => self.note(text),
+            IsoStatement::Call(call) => self.call_program(&call, false, block, span)?,
+            IsoStatement::ModalCall(call) => self.call_program(&call, true, block, span)?,
+            IsoStatement::EndModal => self.own.modal_macro = None,
+            IsoStatement::EndCall => self.end_call(span)?,
+            IsoStatement::IfGoto(condition, target) | IsoStatement::IfSequence(condition, target) => {
                 if self.truth(&condition, span)? {
                     self.goto(loaded, at, &target, span)?;
                 }
             }
-            Statement::IfThen(condition, assignment) => {
+            IsoStatement::IfThen(condition, assignment) => {
                 if self.truth(&condition, span)? {
                     self.assign_all(std::slice::from_ref(&assignment), block.comment, line)?;
                 }
             }
-            Statement::Goto(target) => self.goto(loaded, at, &target, span)?,
-            Statement::Repeat(first, last, passes) => self.repeat_blocks(loaded, at, [first, last, passes], span)?,
-            Statement::While(condition, _) => {
+            IsoStatement::Goto(target) => self.goto(loaded, at, &target, span)?,
+            IsoStatement::Repeat(first, last, passes) => self.repeat_blocks(loaded, at, [first, last, passes], span)?,
+            IsoStatement::While(condition, _) => {
                 if let Some(condition) = condition
                     && !self.truth(&condition, span)?
                 {
@@ -63,17 +63,17 @@ impl Interpreter {
                     return Ok(false);
                 }
             }
-            Statement::End(_) => {
+            IsoStatement::End(_) => {
                 self.count_pass(span)?;
                 self.set_cursor(partner(loaded, at, span)?.next);
             }
-            Statement::Dollar(text) => self.dollar(&text, span)?,
-            Statement::OWord(label, word) => self.o_word(loaded, at, &label, word, span)?,
+            IsoStatement::Dollar(text) => self.dollar(&text, span)?,
+            IsoStatement::OWord(label, word) => self.o_word(loaded, at, &label, word, span)?,
         }
         Ok(true)
     }
 
-    fn o_word(&mut self, loaded: &Arc<Loaded>, at: Mark, label: &Label, word: OWord, span: Span) -> Result<(), Fault> {
+    fn o_word(&mut self, loaded: &Arc<Loaded>, at: Mark, label: &OLabel, word: OWord, span: Span) -> Result<(), Fault> {
         match word {
             // A definition that the flow reaches is stepped over.
             OWord::Sub => self.continue_after(loaded, partner(loaded, at, span)?.next),
@@ -181,12 +181,12 @@ impl Interpreter {
     /// Goes on after the next ELSEIF whose condition holds, or after ELSE or ENDIF.
     fn next_branch(&mut self, loaded: &Arc<Loaded>, from: Mark, span: Span) -> Result<(), Fault> {
         let mut at = partner(loaded, from, span)?.next;
-        let mut block = Block::default();
+        let mut block = IsoBlock::default();
         loop {
             let line = loaded.source.line(at).map_or("", |(line, _)| line);
             parser::parse_line(line, self.own.flavor, &mut block)?;
             match block.statement.take() {
-                Some(Statement::OWord(_, OWord::ElseIf(condition))) if !self.truth(&condition, span)? => {
+                Some(IsoStatement::OWord(_, OWord::ElseIf(condition))) if !self.truth(&condition, span)? => {
                     at = partner(loaded, at, span)?.next;
                 }
                 _ => {
@@ -256,8 +256,8 @@ fn partner(loaded: &Loaded, at: Mark, span: Span) -> Result<Partner, Fault> {
 
 /// The line opens a DO loop of O words.
 fn is_do(loaded: &Loaded, at: Mark, interpreter: &Interpreter) -> bool {
-    let mut block = Block::default();
+    let mut block = IsoBlock::default();
     let line = loaded.source.line(at).map_or("", |(line, _)| line);
     parser::parse_line(line, interpreter.own.flavor, &mut block).is_ok()
-        && matches!(block.statement, Some(Statement::OWord(_, OWord::Do)))
+        && matches!(block.statement, Some(IsoStatement::OWord(_, OWord::Do)))
 }

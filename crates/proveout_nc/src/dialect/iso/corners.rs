@@ -6,10 +6,10 @@
 //! operator's manual*, "Corner rounding and chamfering": the same between blocks of G1.
 
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::modal::MotionMode;
-use super::parser::{Block, CHAMFER, ROUNDING};
+use super::parser::{CHAMFER, IsoBlock, ROUNDING};
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::channel::corners::{CornerKind, CornerMark};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -79,7 +79,7 @@ impl Interpreter {
 }
 
 /// `,C` or `,R` in a block that has no use for it, such as the call of a macro.
-pub(super) fn misplaced(block: &Block) -> Fault {
+pub(super) fn misplaced(block: &IsoBlock) -> Fault {
     let word = block.words.iter().find(|word| matches!(word.letter, CHAMFER | ROUNDING));
     let span = word.map_or(block.span, |word| word.span);
     Fault::new(codes::UNKNOWN_WORD, span, "the chamfer or rounding has no motion in this block")

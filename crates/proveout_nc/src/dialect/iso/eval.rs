@@ -1,10 +1,10 @@
 //! Values of expressions and assignments.
 
 use super::expr::Expr;
-use super::interpreter::{Interpreter, alarm};
 use super::osp;
-use super::parser::{Assignment, Value};
-use crate::channel::expression::{Function, Indexed, Operator, apply, arithmetic, combine, truth};
+use super::parser::{Assignment, WordValue};
+use super::run_state::{Interpreter, alarm};
+use crate::channel::expression::{Function, IndexedParameter, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};
 
@@ -20,10 +20,10 @@ const LINUXCNC_EQUAL: f64 = 1e-4;
 
 impl Interpreter {
     /// Value of a word; none where it is a vacant parameter.
-    pub(crate) fn word_value(&self, value: &Value, span: Span) -> Result<Option<f64>, Fault> {
+    pub(crate) fn word_value(&self, value: &WordValue, span: Span) -> Result<Option<f64>, Fault> {
         match value {
-            Value::Number { value, .. } => Ok(Some(*value)),
-            Value::Expr(expr) => self.value(expr, span),
+            WordValue::Number { value, .. } => Ok(Some(*value)),
+            WordValue::Expr(expr) => self.value(expr, span),
         }
     }
 
@@ -36,7 +36,7 @@ impl Interpreter {
     pub(crate) fn value(&self, expr: &Expr, span: Span) -> Result<Option<f64>, Fault> {
         let value = match expr {
             Expr::Number(value) => *value,
-            Expr::Param(Indexed(index)) => return self.read_parameter(index, span),
+            Expr::Param(IndexedParameter(index)) => return self.read_parameter(index, span),
             Expr::Name(name) => self.read_named(name, span)?,
             Expr::Unary(function, inner) => match self.value(inner, span)? {
                 // The negative of nothing is nothing: a word X-#1 is left out as X#1 is.
@@ -59,7 +59,7 @@ impl Interpreter {
                     self.variables.named(name).is_some() || self.system_named(name, span)?.is_some()
                 }
                 // Every numbered parameter of a LinuxCNC is there, with zero where nothing has set it.
-                Some(Some(Expr::Param(Indexed(index)))) => {
+                Some(Some(Expr::Param(IndexedParameter(index)))) => {
                     (1..=LINUXCNC_PARAMETERS).contains(&self.parameter_number(index, span)?)
                 }
                 _ => {
@@ -220,7 +220,7 @@ impl Interpreter {
                 self.variables.set_named(name, value.unwrap_or(0.0));
                 return Ok(());
             }
-            Expr::Param(Indexed(index)) => self.parameter_number(index, span)?,
+            Expr::Param(IndexedParameter(index)) => self.parameter_number(index, span)?,
             _ => return Err(Fault::new(codes::SYNTAX, span, "only a parameter can be assigned to").help("write #1=5")),
         };
         let text = line.get(comment.start as usize..comment.end as usize).unwrap_or_default();

@@ -6,14 +6,14 @@
 
 use super::flavor::Flavor;
 use super::osp;
-use crate::channel::expression::{self, Function, Indexed, Operator};
+use crate::channel::expression::{self, Function, IndexedParameter, Operator};
 use crate::channel::formula::{self, Formulas, Grammar};
 use crate::codes;
 use crate::diagnostic::Fault;
 use crate::scan::Scanner;
 
 /// An expression; a name is that of `#<name>`, lower case without blanks.
-pub(crate) type Expr = expression::Expr<Indexed>;
+pub(crate) type Expr = expression::Expr<IndexedParameter>;
 
 /// Functions, longer names before their beginnings.
 const FUNCTIONS: [(&str, Function); 14] = [
@@ -86,13 +86,13 @@ static LINUXCNC: Grammar = Grammar {
 };
 
 /// Text of a control.
-struct Text<'s, 'a> {
+struct ExprText<'s, 'a> {
     s: &'s mut Scanner<'a>,
     flavor: Flavor,
 }
 
-impl<'a> Formulas<'a> for Text<'_, 'a> {
-    type Param = Indexed;
+impl<'a> Formulas<'a> for ExprText<'_, 'a> {
+    type Param = IndexedParameter;
 
     fn grammar(&self) -> &'static Grammar {
         if self.flavor.is_linuxcnc() { &LINUXCNC } else { &MACRO_B }
@@ -121,18 +121,18 @@ impl<'a> Formulas<'a> for Text<'_, 'a> {
 
 /// Parses a whole expression; leaves the scanner after it.
 pub(crate) fn expression(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
-    formula::formula(&mut Text { s, flavor }, 0)
+    formula::formula(&mut ExprText { s, flavor }, 0)
 }
 
 /// One operand, as it may follow an address letter: a number, a parameter, a function, a bracket,
 /// with its sign.
 pub(crate) fn operand(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
-    formula::operand(&mut Text { s, flavor }, 0)
+    formula::operand(&mut ExprText { s, flavor }, 0)
 }
 
 /// `[expression]`; the scanner is before the bracket or before blanks.
 pub(crate) fn bracket(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
-    formula::bracket(&mut Text { s, flavor }, 0)
+    formula::bracket(&mut ExprText { s, flavor }, 0)
 }
 
 /// The next letters are this word, in any case. A longer name that begins with it matches too:
@@ -143,10 +143,10 @@ pub(crate) fn next_is(s: &Scanner<'_>, word: &str) -> bool {
 
 /// `#5`, `#[expression]`, `##5`, `#<name>`; the scanner is at `#`.
 pub(crate) fn parameter(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Expr, Fault> {
-    parameter_at(&mut Text { s, flavor }, 0)
+    parameter_at(&mut ExprText { s, flavor }, 0)
 }
 
-fn parameter_at(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
+fn parameter_at(text: &mut ExprText<'_, '_>, depth: u32) -> Result<Expr, Fault> {
     let (s, flavor) = (&mut *text.s, text.flavor);
     let start = s.pos();
     s.bump();
@@ -169,10 +169,10 @@ fn parameter_at(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
         }
         return Ok(Expr::Name(name.to_ascii_lowercase()));
     }
-    Ok(Indexed::expr(formula::operand(text, depth + 1)?))
+    Ok(IndexedParameter::expr(formula::operand(text, depth + 1)?))
 }
 
-fn function(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
+fn function(text: &mut ExprText<'_, '_>, depth: u32) -> Result<Expr, Fault> {
     let (s, flavor) = (&mut *text.s, text.flavor);
     let start = s.pos();
     if next_is(s, EXISTS) && flavor.is_linuxcnc() {
@@ -207,7 +207,7 @@ fn function(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
 }
 
 /// `ATAN[y]/[x]`, on a Fanuc also `ATAN[y,x]` and `ATAN[t]`.
-fn atan(text: &mut Text<'_, '_>, depth: u32) -> Result<Expr, Fault> {
+fn atan(text: &mut ExprText<'_, '_>, depth: u32) -> Result<Expr, Fault> {
     let s = &mut *text.s;
     let start = s.pos();
     if !s.take(b'[') {

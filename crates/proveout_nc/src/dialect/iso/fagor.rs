@@ -17,8 +17,8 @@
 //! mills in climb, and what B below zero does.
 
 use super::block::g_name;
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::{FagorCycle, Interpreter};
 use crate::arc::{self, PlaneArc};
 use crate::channel::milling::{self, MAX_PASSES};
 use crate::channel::shape::{Pass, Place, Point, Shape};
@@ -39,12 +39,6 @@ const LEAST_PECK_MM: f64 = 1e-6;
 const LEAST_STEP_MM: f64 = 1e-6;
 /// An arc onto the wall of no more than this radius is none, mm.
 const NO_LEAD_MM: f64 = 1e-6;
-
-/// Words of a cycle as they are in force, lengths in mm.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct FagorCycle {
-    values: [Option<f64>; 26],
-}
 
 impl FagorCycle {
     fn get(&self, letter: u8) -> Option<f64> {

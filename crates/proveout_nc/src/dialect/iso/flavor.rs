@@ -31,7 +31,7 @@ impl Flavor {
 
 /// A flavor, and whether something in the call or the text says so.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Told {
+pub(crate) struct FlavorChoice {
     pub(crate) flavor: Flavor,
     pub(crate) certain: bool,
 }
@@ -41,18 +41,18 @@ const LOOKED_AT: usize = 4 << 20;
 
 /// The flavor of a dialect; for [`Dialect::Iso`] the first word that only one control knows
 /// decides, Fanuc where there is none.
-pub(crate) fn tell(dialect: Dialect, source: &Source) -> Told {
+pub(crate) fn tell(dialect: Dialect, source: &Source) -> FlavorChoice {
     match dialect {
-        Dialect::Haas => Told { flavor: Flavor::Haas, certain: true },
-        Dialect::LinuxCnc => Told { flavor: Flavor::LinuxCnc, certain: true },
-        Dialect::Fanuc => Told { flavor: Flavor::Fanuc, certain: true },
+        Dialect::Haas => FlavorChoice { flavor: Flavor::Haas, certain: true },
+        Dialect::LinuxCnc => FlavorChoice { flavor: Flavor::LinuxCnc, certain: true },
+        Dialect::Fanuc => FlavorChoice { flavor: Flavor::Fanuc, certain: true },
         _ => {
             if source.name.to_ascii_lowercase().ends_with(".ngc") {
-                return Told { flavor: Flavor::LinuxCnc, certain: true };
+                return FlavorChoice { flavor: Flavor::LinuxCnc, certain: true };
             }
             match from_text(source) {
-                Some(flavor) => Told { flavor, certain: true },
-                None => Told { flavor: Flavor::Fanuc, certain: false },
+                Some(flavor) => FlavorChoice { flavor, certain: true },
+                None => FlavorChoice { flavor: Flavor::Fanuc, certain: false },
             }
         }
     }
@@ -176,7 +176,7 @@ fn g_mark(code: u32) -> Option<Flavor> {
 mod tests {
     use super::*;
 
-    fn flavor(text: &str) -> Told {
+    fn flavor(text: &str) -> FlavorChoice {
         tell(Dialect::Iso, &Source::new("a.nc", text.to_owned()))
     }
 
@@ -197,13 +197,13 @@ mod tests {
             ("G05 P10000\n", Flavor::Fanuc),
             ("G43.4 H1\n", Flavor::Fanuc),
         ] {
-            assert_eq!(flavor(text), Told { flavor: want, certain: true }, "{text}");
+            assert_eq!(flavor(text), FlavorChoice { flavor: want, certain: true }, "{text}");
         }
     }
 
     #[test]
     fn a_text_that_all_controls_read_is_fanuc_without_certainty() {
         let text = "OF THIS PART 3\n%\nO1000 (G154 G254 o100 sub)\nG0 G64 X0\nG1 X1 F100 ; G234\nO2000\nM30\n";
-        assert_eq!(flavor(text), Told { flavor: Flavor::Fanuc, certain: false });
+        assert_eq!(flavor(text), FlavorChoice { flavor: Flavor::Fanuc, certain: false });
     }
 }

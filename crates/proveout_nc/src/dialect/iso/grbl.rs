@@ -5,8 +5,8 @@
 //! other axes (`HOMING_CYCLE_0`, `HOMING_CYCLE_1` of config.h), to the place that the switches have.
 
 use super::grbl_words;
-use super::interpreter::Interpreter;
-use super::parser::Block;
+use super::parser::IsoBlock;
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::control::Control;
 use crate::diagnostic::{Fault, Span};
@@ -15,7 +15,7 @@ use crate::diagnostic::{Fault, Span};
 const WITHOUT_EFFECT: [&str; 7] = ["$X", "$$", "$#", "$G", "$I", "$N", "$C"];
 
 /// Refuses a line with `$` on a control that has none, and on a grbl one that it does not know.
-pub(super) fn refused(block: &Block, control: &Control) -> Option<Fault> {
+pub(super) fn refused(block: &IsoBlock, control: &Control) -> Option<Fault> {
     if control.grbl_words {
         return grbl_words::foreign(block, control);
     }

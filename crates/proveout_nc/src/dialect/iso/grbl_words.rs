@@ -5,10 +5,10 @@
 //! nothing takes), 37 (G43.1), 38 (T). What a control file gives a meaning is left to it.
 
 use super::block::{WHOLE_CODE, g_name};
-use super::interpreter::Interpreter;
-use super::parser::{Block, Value, Word};
+use super::parser::{IsoBlock, IsoWord, WordValue};
 use super::pending::Pending;
-use super::statement::Statement;
+use super::run_state::Interpreter;
+use super::statement::IsoStatement;
 use super::words::Group;
 use crate::codes;
 use crate::control::{Control, Meaning};
@@ -34,7 +34,7 @@ fn unknown(span: Span, what: String, error: u32, help: &str) -> Fault {
 }
 
 /// What no state of a grbl makes valid in this block.
-pub(super) fn foreign(block: &Block, control: &Control) -> Option<Fault> {
+pub(super) fn foreign(block: &IsoBlock, control: &Control) -> Option<Fault> {
     if let Some(assignment) = block.assignments.first() {
         return Some(unknown(
             assignment.span,
@@ -44,7 +44,7 @@ pub(super) fn foreign(block: &Block, control: &Control) -> Option<Fault> {
         ));
     }
     match &block.statement {
-        None | Some(Statement::Dollar(_)) => {}
+        None | Some(IsoStatement::Dollar(_)) => {}
         Some(_) => {
             return Some(unknown(
                 block.span,
@@ -61,8 +61,8 @@ pub(super) fn foreign(block: &Block, control: &Control) -> Option<Fault> {
     block.words.iter().find_map(|word| foreign_word(word, block, control))
 }
 
-fn foreign_word(word: &Word, block: &Block, control: &Control) -> Option<Fault> {
-    let Value::Number { value, .. } = word.value else {
+fn foreign_word(word: &IsoWord, block: &IsoBlock, control: &Control) -> Option<Fault> {
+    let WordValue::Number { value, .. } = word.value else {
         return Some(unknown(word.span, "a grbl calculates nothing".to_owned(), 2, "write the number itself"));
     };
     match word.letter {
@@ -104,8 +104,8 @@ fn foreign_word(word: &Word, block: &Block, control: &Control) -> Option<Fault> 
 }
 
 /// The control file gives this word a meaning that takes the letter.
-fn listed_takes(word: &Word, letter: u8, control: &Control) -> bool {
-    let Value::Number { value, .. } = word.value else { return false };
+fn listed_takes(word: &IsoWord, letter: u8, control: &Control) -> bool {
+    let WordValue::Number { value, .. } = word.value else { return false };
     let listed = match word.letter {
         b'G' if value >= 0.0 => control.words.g((value * 10.0).round() as u32),
         b'M' if value >= 0.0 => control.words.m(value as u32),
@@ -116,7 +116,7 @@ fn listed_takes(word: &Word, letter: u8, control: &Control) -> bool {
 
 impl Interpreter {
     /// What a grbl refuses in a block for its words together, before it does anything.
-    pub(super) fn refused_by_grbl(&mut self, p: &Pending, block: &Block) -> Result<(), Fault> {
+    pub(super) fn refused_by_grbl(&mut self, p: &Pending, block: &IsoBlock) -> Result<(), Fault> {
         let span = block.span;
         let wrong = |what: &str, error: u32, help: &str| Err(unknown(span, what.to_owned(), error, help));
         let axes = p.axes() != 0;

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 
 use super::flavor::Flavor;
 use super::osp;
-use super::parser::{self, Block};
-use super::statement::{Label, OWord, Statement};
-use crate::channel::Section;
+use super::parser::{self, IsoBlock};
+use super::statement::{IsoStatement, OLabel, OWord};
+use crate::channel::ProgramSection;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::scan::Scanner;
@@ -17,7 +17,7 @@ use crate::source::{Mark, Source};
 
 /// A stretch of the text: a program, or what surrounds the tape.
 #[derive(Clone, Debug)]
-pub(crate) struct Part {
+pub(crate) struct TapePart {
     /// First line, and the line after the last.
     pub(crate) lines: [u32; 2],
     /// Number or name of the program.
@@ -38,24 +38,24 @@ pub(crate) struct Partner {
 
 #[derive(Debug, Default)]
 pub(crate) struct Index {
-    pub(crate) main: Option<Section>,
+    pub(crate) main: Option<ProgramSection>,
     /// Programs with a head, by its number or name.
-    pub(crate) programs: BTreeMap<String, Section>,
+    pub(crate) programs: BTreeMap<String, ProgramSection>,
     /// Subprograms of O words: the line with SUB and the program that contains it.
-    pub(crate) subs: BTreeMap<String, (Mark, Section)>,
+    pub(crate) subs: BTreeMap<String, (Mark, ProgramSection)>,
     pub(crate) partners: BTreeMap<usize, Partner>,
     /// All of the text that holds code, in order.
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<TapePart>,
     /// A line that may structure the program cannot be read: it may contain what seems to be
     /// missing.
     pub(crate) unreadable: bool,
 }
 
 /// One pass over a file.
-struct Pass<'a> {
+struct IndexPass<'a> {
     source: &'a Source,
     faults: &'a mut Vec<Diagnostic>,
-    open: Vec<Open>,
+    open: Vec<OpenLoop>,
     subs: Vec<(String, Mark)>,
     /// Begin and name of the part that is read.
     start: Mark,
@@ -66,7 +66,7 @@ struct Pass<'a> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum LoopKind {
     Sub,
     If,
     While,
@@ -76,7 +76,7 @@ enum Kind {
     Macro,
 }
 
-impl Kind {
+impl LoopKind {
     fn words(self) -> (&'static str, &'static str) {
         match self {
             Self::Sub => ("sub", "endsub"),
@@ -90,8 +90,8 @@ impl Kind {
 }
 
 #[derive(Debug)]
-struct Open {
-    kind: Kind,
+struct OpenLoop {
+    kind: LoopKind,
     label: String,
     mark: Mark,
     span: Span,
@@ -137,7 +137,7 @@ enum Tape {
     Behind,
 }
 
-impl Pass<'_> {
+impl IndexPass<'_> {
     /// The text that the first `%` ends is no program: it has no head and no end, and a program follows.
     fn is_leader(&self, percent: Mark, behind: Mark) -> bool {
         if !self.seen_code || self.name.is_some() {
@@ -203,8 +203,8 @@ impl Index {
     /// No control reads text after the closing `%` unless it has a head.
     pub(crate) fn new(source: &Source, flavor: Flavor, faults: &mut Vec<Diagnostic>) -> Self {
         let mut index = Self::default();
-        let mut block = Block::default();
-        let mut pass = Pass {
+        let mut block = IsoBlock::default();
+        let mut pass = IndexPass {
             source,
             faults,
             open: Vec::new(),
@@ -230,11 +230,11 @@ impl Index {
                 let readable = parser::parse_line(line, flavor, &mut block).is_ok();
                 index.unreadable |= !readable;
                 match block.statement.take().filter(|_| readable) {
-                    Some(Statement::Header(header)) if flavor.is_linuxcnc() => {
+                    Some(IsoStatement::Header(header)) if flavor.is_linuxcnc() => {
                         pass.heads.push((header, at));
                         pass.seen_code = true;
                     }
-                    Some(Statement::Header(header)) => {
+                    Some(IsoStatement::Header(header)) => {
                         if pass.seen_code {
                             let outside = tape == Tape::Behind && pass.name.is_none();
                             index.close(&mut pass, at, outside);
@@ -267,13 +267,13 @@ impl Index {
         }
         if index.parts.is_empty() {
             // Comments can speak to the control.
-            index.main = Some(Section { start, end: at.offset });
+            index.main = Some(ProgramSection { start, end: at.offset });
         }
         index
     }
 
     /// Ends the part that is read in front of a line.
-    fn close(&mut self, pass: &mut Pass<'_>, end: Mark, outside: bool) {
+    fn close(&mut self, pass: &mut IndexPass<'_>, end: Mark, outside: bool) {
         for open in pass.open.drain(..) {
             let (word, end_word) = open.kind.words();
             let line = pass.source.line(open.mark).map_or("", |(line, _)| line);
@@ -284,7 +284,7 @@ impl Index {
         if !std::mem::take(&mut pass.seen_code) {
             return;
         }
-        let section = Section { start: pass.start, end: end.offset };
+        let section = ProgramSection { start: pass.start, end: end.offset };
         for (label, mark) in pass.subs.drain(..).filter(|_| !outside) {
             self.subs.entry(label).or_insert((mark, section));
         }
@@ -294,14 +294,14 @@ impl Index {
         let mut part_name = name.clone();
         for (head, mark) in pass.heads.drain(..) {
             if mark.line > first {
-                self.parts.push(Part { lines: [first, mark.line], name: part_name.take(), outside });
+                self.parts.push(TapePart { lines: [first, mark.line], name: part_name.take(), outside });
             }
             (first, part_name) = (mark.line, Some(head.clone()));
             if !outside {
-                self.programs.entry(head).or_insert(Section { start: mark, end: end.offset });
+                self.programs.entry(head).or_insert(ProgramSection { start: mark, end: end.offset });
             }
         }
-        self.parts.push(Part { lines: [first, end.line], name: part_name, outside });
+        self.parts.push(TapePart { lines: [first, end.line], name: part_name, outside });
         if outside {
             return;
         }
@@ -315,19 +315,19 @@ impl Index {
         &mut self,
         at: Mark,
         span: Span,
-        statement: &Statement,
-        open: &mut Vec<Open>,
+        statement: &IsoStatement,
+        open: &mut Vec<OpenLoop>,
         subs: &mut Vec<(String, Mark)>,
     ) -> Result<(), Misfit> {
         let (label, word) = match statement {
-            Statement::While(_, number) => {
-                open.push(Open::new(Kind::Macro, number.to_string(), at, span));
+            IsoStatement::While(_, number) => {
+                open.push(OpenLoop::new(LoopKind::Macro, number.to_string(), at, span));
                 return Ok(());
             }
-            Statement::End(number) => return self.end(Kind::Macro, &number.to_string(), at, open),
-            Statement::OWord(Label::Fixed(label), word) => (label, word),
-            Statement::OWord(Label::Computed(_), OWord::Call(_)) => return Ok(()),
-            Statement::OWord(Label::Computed(_), _) => {
+            IsoStatement::End(number) => return self.end(LoopKind::Macro, &number.to_string(), at, open),
+            IsoStatement::OWord(OLabel::Fixed(label), word) => (label, word),
+            IsoStatement::OWord(OLabel::Computed(_), OWord::Call(_)) => return Ok(()),
+            IsoStatement::OWord(OLabel::Computed(_), _) => {
                 return Err((
                     "only a call can compute its label".to_owned(),
                     "write the label as a number or name".to_owned(),
@@ -335,41 +335,42 @@ impl Index {
             }
             _ => return Ok(()),
         };
-        let open_it = |kind: Kind| Open::new(kind, label.clone(), at, span);
+        let open_it = |kind: LoopKind| OpenLoop::new(kind, label.clone(), at, span);
         match word {
             OWord::Sub => {
-                if open.iter().any(|o| o.kind == Kind::Sub) {
+                if open.iter().any(|o| o.kind == LoopKind::Sub) {
                     return Err((
                         "a subprogram begins inside of another one".to_owned(),
                         "close the first one with endsub".to_owned(),
                     ));
                 }
-                open.push(open_it(Kind::Sub));
+                open.push(open_it(LoopKind::Sub));
                 subs.push((label.clone(), at));
             }
-            OWord::If(_) => open.push(open_it(Kind::If)),
-            OWord::Do => open.push(open_it(Kind::Do)),
-            OWord::Repeat(_) => open.push(open_it(Kind::Repeat)),
+            OWord::If(_) => open.push(open_it(LoopKind::If)),
+            OWord::Do => open.push(open_it(LoopKind::Do)),
+            OWord::Repeat(_) => open.push(open_it(LoopKind::Repeat)),
             OWord::While(_) => {
-                if open.last().is_some_and(|o| o.kind == Kind::Do && o.label == *label) {
-                    return self.end(Kind::Do, label, at, open);
+                if open.last().is_some_and(|o| o.kind == LoopKind::Do && o.label == *label) {
+                    return self.end(LoopKind::Do, label, at, open);
                 }
-                open.push(open_it(Kind::While));
+                open.push(open_it(LoopKind::While));
             }
             OWord::ElseIf(_) | OWord::Else => match open.last_mut() {
-                Some(top) if top.kind == Kind::If && top.label == *label && !top.last => {
+                Some(top) if top.kind == LoopKind::If && top.label == *label && !top.last => {
                     top.branches.push(at);
                     top.last = *word == OWord::Else;
                 }
                 other => return Err(misfit("else", label, other.as_deref())),
             },
-            OWord::EndSub(_) => return self.end(Kind::Sub, label, at, open),
-            OWord::EndIf => return self.end(Kind::If, label, at, open),
-            OWord::EndWhile => return self.end(Kind::While, label, at, open),
-            OWord::EndRepeat => return self.end(Kind::Repeat, label, at, open),
+            OWord::EndSub(_) => return self.end(LoopKind::Sub, label, at, open),
+            OWord::EndIf => return self.end(LoopKind::If, label, at, open),
+            OWord::EndWhile => return self.end(LoopKind::While, label, at, open),
+            OWord::EndRepeat => return self.end(LoopKind::Repeat, label, at, open),
             OWord::Break | OWord::Continue => {
-                let looping =
-                    |o: &&mut Open| o.label == *label && matches!(o.kind, Kind::While | Kind::Do | Kind::Repeat);
+                let looping = |o: &&mut OpenLoop| {
+                    o.label == *label && matches!(o.kind, LoopKind::While | LoopKind::Do | LoopKind::Repeat)
+                };
                 match open.iter_mut().rev().find(looping) {
                     Some(open) => open.exits.push(at),
                     None => {
@@ -385,7 +386,7 @@ impl Index {
         Ok(())
     }
 
-    fn end(&mut self, kind: Kind, label: &str, at: Mark, open: &mut Vec<Open>) -> Result<(), Misfit> {
+    fn end(&mut self, kind: LoopKind, label: &str, at: Mark, open: &mut Vec<OpenLoop>) -> Result<(), Misfit> {
         let Some(top) = open.pop_if(|top| top.kind == kind && top.label == label) else {
             return Err(misfit(kind.words().1, label, open.last()));
         };
@@ -401,13 +402,13 @@ impl Index {
     }
 }
 
-impl Open {
-    fn new(kind: Kind, label: String, mark: Mark, span: Span) -> Self {
+impl OpenLoop {
+    fn new(kind: LoopKind, label: String, mark: Mark, span: Span) -> Self {
         Self { kind, label, mark, span, branches: vec![mark], last: false, exits: Vec::new() }
     }
 }
 
-fn misfit(word: &str, label: &str, top: Option<&Open>) -> Misfit {
+fn misfit(word: &str, label: &str, top: Option<&OpenLoop>) -> Misfit {
     let help = top.map_or_else(
         || "remove it, or write the word that opens it".to_owned(),
         |top| format!("`{} {}` of line {} must be closed first", top.kind.words().0, top.label, top.mark.line),
@@ -416,7 +417,7 @@ fn misfit(word: &str, label: &str, top: Option<&Open>) -> Misfit {
 }
 
 /// The line with this block number: searched from a line to the end of the program, then from its start.
-pub(crate) fn find_block_number(source: &Source, section: Section, number: u32, from: Mark) -> Option<Mark> {
+pub(crate) fn find_block_number(source: &Source, section: ProgramSection, number: u32, from: Mark) -> Option<Mark> {
     let search = |mut at: Mark, end: usize| {
         while let Some((line, next)) = source.line(at) {
             if at.offset >= end {

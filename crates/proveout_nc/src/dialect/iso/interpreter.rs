@@ -4,105 +4,27 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::calls::{CallKind, MacroCall};
-use super::flavor::{Flavor, Told};
+use super::flavor::FlavorChoice;
 use super::index::Index;
 use super::modal::{CycleValues, Modal};
-use super::parser::{self, Block, Remark};
-use super::variables::Variables;
+use super::parser::{self, IsoBlock, Remark};
+use super::run_state::{CallKind, FagorCycle, IsoCall, Loaded, alarm, offset_key};
+use super::variables::MacroVariables;
 use super::{grbl, leftover, osp, recover};
-use crate::channel::corners::{CornerMark, Cornering, Corners};
+use crate::channel::corners::{CornerLanguage, CornerMark, Corners};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Lines, Section, UsualFeed};
+use crate::channel::{Channel, FailedBlock, Language, LineLanguage, ProgramSection, UsualFeed};
 use crate::codes;
 use crate::control::MixedFeed;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
-use crate::{AxisValues, Command, Offset, Op, Settings, WorkOffset};
+use crate::{AxisValues, Command, Offset, Op, Settings};
 
-/// A program file with its structure.
-pub(crate) type Loaded = channel::Loaded<Index>;
-/// An ISO program being executed.
-pub(crate) type Interpreter = Channel<Iso>;
-
-/// What a call level keeps.
-#[derive(Debug)]
-pub(crate) struct CallLevel {
-    pub(crate) kind: CallKind,
-    /// Passes left of O REPEAT loops, by the offset of their first line.
-    pub(crate) repeats: Vec<(usize, u64)>,
-}
-
-impl CallLevel {
-    pub(crate) fn new(kind: CallKind) -> Self {
-        Self { kind, repeats: Vec::new() }
-    }
-}
-
-/// What an ISO control keeps besides the modal state.
-#[derive(Debug)]
-pub(crate) struct Iso {
-    pub(crate) flavor: Flavor,
-    /// The flavor is only the default: nothing in the text decides it.
-    pub(crate) assumed: bool,
-    /// The block has NCYL.
-    pub(crate) no_cycle: bool,
-    pub(crate) block_numbers: BTreeMap<(usize, usize, u32), Mark>,
-    pub(crate) offsets: BTreeMap<String, WorkOffset>,
-    /// Rotations of work offsets (`LinuxCNC`), degrees.
-    pub(crate) turns: BTreeMap<String, f64>,
-    /// Tool lengths that the program writes itself: geometry and wear, mm.
-    pub(crate) lengths: BTreeMap<u32, (Option<f64>, f64)>,
-    /// Tool radii that the program writes itself: geometry and wear, mm.
-    pub(crate) radii: BTreeMap<u32, (Option<f64>, f64)>,
-    /// M70
-    pub(crate) kept_modal: Option<Box<Modal>>,
-    /// F as written: its meaning follows from unit, feed mode and the axes of the motion.
-    pub(crate) feed: Option<f64>,
-    /// mm of one unit of length, as it was when F was read.
-    pub(crate) feed_unit: f64,
-    /// H and D in force.
-    pub(crate) h: Option<u32>,
-    pub(crate) d: Option<u32>,
-    pub(crate) overrides: bool,
-    /// The word that has canceled the tool length in Z, while nothing has said since whether it is back (Fanuc).
-    pub(crate) length_canceled_by: Option<&'static str>,
-    pub(crate) cycle: CycleValues,
-    /// Pole and cycle of a Fagor.
-    pub(crate) pole: [f64; 2],
-    pub(crate) fagor: super::fagor::FagorCycle,
-    /// Coordinates given by rapid motions on a tilted plane, while one coordinate is still open.
-    pub(crate) held: AxisValues,
-    /// Chamfers and roundings between the motions.
-    pub(crate) corners: Corners,
-    /// Control vector at the end of the last G5, for the next one.
-    pub(crate) spline_end: Option<[f64; 2]>,
-    /// Control points between G5.2 and G5.3.
-    pub(crate) nurbs: Option<super::nurbs::ControlPoints>,
-    /// A plane that further blocks complete.
-    pub(crate) plane_parts: Option<super::planes::PlaneParts>,
-    pub(crate) modal_macro: Option<MacroCall>,
-    /// A modal macro waits for the end of the block with its motion.
-    pub(crate) moved_in_block: bool,
-    /// The M word that came last.
-    pub(crate) last_m: u32,
-    /// Words without a value that a note has named: line and letter.
-    pub(crate) noted_vacant: std::collections::BTreeSet<(u32, u8)>,
-    /// Line number of the block.
-    pub(crate) sequence: u32,
-    /// The state at the start has been emitted.
-    started: bool,
-    pub(crate) noted_integers: bool,
-    /// A note on a tool length that changes without Z was emitted.
-    pub(crate) noted_length: bool,
-    pub(crate) noted_surface_speed: bool,
-    /// First parameter of the reference points that a note has named.
-    pub(crate) noted_references: Vec<u32>,
-}
+pub(super) use super::run_state::{Interpreter, Iso};
 
 /// The program, before its first block. `folder`: where it lies, if it is a file.
-pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings, told: Told) -> Interpreter {
+pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings, told: FlavorChoice) -> Interpreter {
     let flavor = told.flavor;
     let own = Iso {
         flavor,
@@ -122,7 +44,7 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         length_canceled_by: None,
         cycle: CycleValues::default(),
         pole: [0.0; 2],
-        fagor: super::fagor::FagorCycle::default(),
+        fagor: FagorCycle::default(),
         held: AxisValues::NONE,
         corners: Corners::default(),
         spline_end: None,
@@ -140,10 +62,10 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
         noted_references: Vec::new(),
     };
     let main = |index: &Index| {
-        let nothing = Section { start: Mark::START, end: 0 };
-        (index.main.unwrap_or(nothing), CallLevel::new(CallKind::Main))
+        let nothing = ProgramSection { start: Mark::START, end: 0 };
+        (index.main.unwrap_or(nothing), IsoCall::new(CallKind::Main))
     };
-    let variables = Variables::new(flavor, &settings.variables);
+    let variables = MacroVariables::new(flavor, &settings.variables);
     let mut channel = Channel::new(source, folder, settings, own, main, variables, Modal::new(&settings.control));
     channel.load_offset("G54");
     let total = channel.modal.frames.total(flavor);
@@ -154,11 +76,11 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
 
 impl Language for Iso {
     type Index = Index;
-    type Level = CallLevel;
-    type Block = Block;
+    type Level = IsoCall;
+    type Block = IsoBlock;
     /// What the end of a motion needs for its corner.
     type Mark = Option<Box<CornerMark>>;
-    type Variables = Variables;
+    type Variables = MacroVariables;
     type Modal = Modal;
 
     fn index(&self, source: &Source, _main: bool, faults: &mut Vec<Diagnostic>) -> Index {
@@ -204,7 +126,7 @@ impl Language for Iso {
         recover::settle_doubt(channel);
     }
 
-    fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
+    fn go_on(channel: &mut Interpreter, failed: &FailedBlock<Index>) -> Option<Doubt> {
         recover::go_on(channel, failed)
     }
 
@@ -225,20 +147,20 @@ impl Language for Iso {
     }
 }
 
-impl Cornering for Iso {
+impl CornerLanguage for Iso {
     #[inline]
     fn corners(&mut self) -> &mut Corners {
         &mut self.corners
     }
 }
 
-impl Lines for Iso {
+impl LineLanguage for Iso {
     fn run_line(
         channel: &mut Interpreter,
         loaded: &Arc<Loaded>,
         line: &str,
         at: Mark,
-        block: &mut Block,
+        block: &mut IsoBlock,
     ) -> Result<(), Fault> {
         channel.run_line(loaded, line, at, block)
     }
@@ -296,7 +218,7 @@ impl Interpreter {
         self.own.started
     }
 
-    fn run_line(&mut self, loaded: &Arc<Loaded>, line: &str, at: Mark, block: &mut Block) -> Result<(), Fault> {
+    fn run_line(&mut self, loaded: &Arc<Loaded>, line: &str, at: Mark, block: &mut IsoBlock) -> Result<(), Fault> {
         self.recovery.faults.stage = Stage::Unread;
         parser::parse_line(line, self.own.flavor, block)?;
         self.recovery.faults.stage = Stage::Read;
@@ -355,15 +277,4 @@ impl Interpreter {
         let bits = self.settings.skipped_levels;
         bits >> level & 1 == 1 || level <= 1 && bits & 0b11 != 0
     }
-}
-
-/// Name of a work offset as a key: upper case, no blanks.
-pub(crate) fn offset_key(word: &str) -> String {
-    word.chars().filter(|c| !c.is_whitespace()).collect::<String>().to_ascii_uppercase()
-}
-
-/// `#3000 = 1 (TEXT)`, `(ABORT, TEXT)`: the program ends itself.
-pub(crate) fn alarm(text: &str, span: Span) -> Fault {
-    Fault::new(codes::PROGRAM_ALARM, span, format!("the program raises an alarm: {}", text.trim()))
-        .help("find out which of its conditions is not met")
 }

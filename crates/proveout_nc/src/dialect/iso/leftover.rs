@@ -5,12 +5,12 @@ use std::path::Path;
 use super::expr::Expr;
 use super::flavor::Flavor;
 use super::index::{Index, has_end, has_return};
-use super::interpreter::{Interpreter, Loaded};
-use super::parser::{self, Block, Value, Word};
+use super::parser::{self, IsoBlock, IsoWord, WordValue};
 use super::pending::AXES;
-use super::statement::{Label, OWord, Statement};
-use crate::channel::Section;
-use crate::channel::coverage::{Flow, Layout, Role, Stretch};
+use super::run_state::{Interpreter, Loaded};
+use super::statement::{IsoStatement, OLabel, OWord};
+use crate::channel::ProgramSection;
+use crate::channel::coverage::{Flow, Layout, LineRole, LineStretch};
 use crate::not_run::{NotRun, NotRunKind};
 use crate::source::{Mark, Source};
 
@@ -54,7 +54,7 @@ pub(super) fn not_run(channel: &Interpreter) -> Vec<NotRun> {
 }
 
 /// A part with M99 is a subprogram; every other is a program that an operator can choose.
-fn parts(source: &Source, index: &Index) -> Vec<Stretch> {
+fn parts(source: &Source, index: &Index) -> Vec<LineStretch> {
     let mut at = Mark::START;
     let mut out = Vec::with_capacity(index.parts.len());
     for part in &index.parts {
@@ -69,18 +69,18 @@ fn parts(source: &Source, index: &Index) -> Vec<Stretch> {
             (false, true) => NotRunKind::Subprogram(name),
             (false, false) => NotRunKind::Program(name),
         };
-        out.push(Stretch { lines: part.lines, kind });
+        out.push(LineStretch { lines: part.lines, kind });
     }
     out
 }
 
 /// Subprograms of O words, from SUB to ENDSUB; the line of SUB is run where the flow steps over the definition.
-fn regions(source: &Source, index: &Index) -> Vec<Stretch> {
-    let region = |(label, (mark, _)): (&String, &(Mark, Section))| {
+fn regions(source: &Source, index: &Index) -> Vec<LineStretch> {
+    let region = |(label, (mark, _)): (&String, &(Mark, ProgramSection))| {
         let (_, first) = source.line(*mark)?;
         let end = index.partners.get(&mark.offset)?.end;
         // The line of ENDSUB itself is stepped over too.
-        Some(Stretch { lines: [first.line, end.line], kind: NotRunKind::Subprogram(format!("o{label}")) })
+        Some(LineStretch { lines: [first.line, end.line], kind: NotRunKind::Subprogram(format!("o{label}")) })
     };
     index.subs.iter().filter_map(region).collect()
 }
@@ -91,7 +91,7 @@ struct Targets(Option<Vec<u32>>);
 impl Targets {
     fn of(source: &Source, flavor: Flavor) -> Self {
         let mut numbers = Vec::new();
-        let (mut block, mut at) = (Block::default(), Mark::START);
+        let (mut block, mut at) = (IsoBlock::default(), Mark::START);
         while let Some((line, next)) = source.line(at) {
             at = next;
             let upper = |b: &u8| b.to_ascii_uppercase();
@@ -104,18 +104,18 @@ impl Targets {
                 continue;
             }
             let target = match block.behind.as_ref().or(block.statement.as_ref()) {
-                Some(Statement::Goto(target) | Statement::IfGoto(_, target) | Statement::IfSequence(_, target)) => {
-                    Some(target.clone())
-                }
+                Some(
+                    IsoStatement::Goto(target) | IsoStatement::IfGoto(_, target) | IsoStatement::IfSequence(_, target),
+                ) => Some(target.clone()),
                 _ => block
                     .words
                     .iter()
-                    .any(|w| w.letter == b'M' && matches!(w.value, Value::Number { value: 97.0 | 99.0, .. }))
+                    .any(|w| w.letter == b'M' && matches!(w.value, WordValue::Number { value: 97.0 | 99.0, .. }))
                     .then(|| block.words.iter().find(|w| w.letter == b'P'))
                     .flatten()
                     .map(|word| match &word.value {
-                        Value::Number { value, .. } => Expr::Number(*value),
-                        Value::Expr(expr) => (**expr).clone(),
+                        WordValue::Number { value, .. } => Expr::Number(*value),
+                        WordValue::Expr(expr) => (**expr).clone(),
                     }),
             };
             match target {
@@ -132,16 +132,16 @@ impl Targets {
     }
 }
 
-fn role(line: &str, at: Mark, index: &Index, flavor: Flavor, targets: &Targets) -> Role {
-    let mut block = Block::default();
+fn role(line: &str, at: Mark, index: &Index, flavor: Flavor, targets: &Targets) -> LineRole {
+    let mut block = IsoBlock::default();
     if parser::parse_line(line, flavor, &mut block).is_err() {
         // Faults are reported separately.
-        return Role { code: !line.trim().is_empty(), ..Role::default() };
+        return LineRole { code: !line.trim().is_empty(), ..LineRole::default() };
     }
     let flow = match (&block.statement, block.number) {
-        (Some(Statement::While(..)), _) => Flow::Opens,
-        (Some(Statement::End(_)), _) => Flow::Closes,
-        (Some(Statement::OWord(Label::Fixed(_), word)), _) => match word {
+        (Some(IsoStatement::While(..)), _) => Flow::Opens,
+        (Some(IsoStatement::End(_)), _) => Flow::Closes,
+        (Some(IsoStatement::OWord(OLabel::Fixed(_), word)), _) => match word {
             OWord::While(_) if index.partners.get(&at.offset).is_some_and(|p| p.next < at) => Flow::Closes,
             OWord::If(_) | OWord::Repeat(_) | OWord::Do | OWord::While(_) | OWord::Sub => Flow::Opens,
             OWord::ElseIf(_) | OWord::Else => Flow::Between,
@@ -151,27 +151,27 @@ fn role(line: &str, at: Mark, index: &Index, flavor: Flavor, targets: &Targets) 
         (_, Some(number)) if targets.holds(number) => Flow::Target,
         _ => Flow::On,
     };
-    let is = |letter: u8, numbers: &[f64], word: &Word| {
-        word.letter == letter && matches!(word.value, Value::Number { value, .. } if numbers.contains(&value))
+    let is = |letter: u8, numbers: &[f64], word: &IsoWord| {
+        word.letter == letter && matches!(word.value, WordValue::Number { value, .. } if numbers.contains(&value))
     };
     // Nothing is missed where further end words follow an end word.
     let closing = block.words.iter().all(|w| w.letter == b'N' || is(b'M', &[2.0, 30.0, 99.0], w));
     let calls = matches!(
         block.statement,
-        Some(Statement::OWord(_, OWord::Call(_)) | Statement::Call(..) | Statement::ModalCall(..))
+        Some(IsoStatement::OWord(_, OWord::Call(_)) | IsoStatement::Call(..) | IsoStatement::ModalCall(..))
     ) || block.words.iter().any(|w| is(b'M', &[97.0, 98.0, 198.0], w) || is(b'G', &[65.0, 66.0], w));
     let steers = matches!(
         block.statement,
         Some(
-            Statement::Goto(_)
-                | Statement::IfGoto(..)
-                | Statement::IfSequence(..)
-                | Statement::IfThen(..)
-                | Statement::While(..)
-                | Statement::Dollar(_)
+            IsoStatement::Goto(_)
+                | IsoStatement::IfGoto(..)
+                | IsoStatement::IfSequence(..)
+                | IsoStatement::IfThen(..)
+                | IsoStatement::While(..)
+                | IsoStatement::Dollar(_)
         )
     );
-    Role {
+    LineRole {
         code: !closing || calls || steers || !block.assignments.is_empty(),
         moves: calls || block.words.iter().any(|w| AXES.contains(&w.letter)),
         flow,

@@ -6,9 +6,9 @@
 use super::block::g_name;
 use super::calls::whole;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::modal::{Length, MotionMode, Plane};
 use super::pending::{AXES, Pending};
+use super::run_state::Interpreter;
 use super::technology::LINEAR;
 use super::words::Group;
 use crate::codes;
@@ -19,7 +19,7 @@ use crate::{CompSide, CutterComp, Offset, Op, ToolName};
 
 /// A column of the offset memory C of a Fanuc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Kept {
+pub(super) struct OffsetColumn {
     pub(super) radius: bool,
     pub(super) wear: bool,
 }
@@ -401,14 +401,14 @@ impl Interpreter {
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("G10 L{list} has no R"))
                 .help("write the offset: G10 L10 P1 R100"));
         };
-        let kept = Kept { radius: list >= 12.0, wear: list == 11.0 || list == 13.0 };
+        let kept = OffsetColumn { radius: list >= 12.0, wear: list == 11.0 || list == 13.0 };
         self.store_tool_offset(kept, number, value, self.modal.incremental, &format!("G10 L{list}"), span)
     }
 
     /// Writes a length or a radius of the offset memory, mm.
     pub(super) fn store_tool_offset(
         &mut self,
-        kept: Kept,
+        kept: OffsetColumn,
         number: u32,
         value: f64,
         add: bool,
@@ -434,7 +434,7 @@ impl Interpreter {
     }
 
     /// What the program has written of a length or a radius, mm.
-    pub(super) fn stored_tool_offset(&self, kept: Kept, number: u32) -> Option<f64> {
+    pub(super) fn stored_tool_offset(&self, kept: OffsetColumn, number: u32) -> Option<f64> {
         let table = if kept.radius { &self.own.radii } else { &self.own.lengths };
         let (geometry, wear) = table.get(&number).copied()?;
         if kept.wear { Some(wear) } else { geometry }

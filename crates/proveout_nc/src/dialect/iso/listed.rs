@@ -1,14 +1,14 @@
 //! Words whose meaning a control file gives.
 
 use super::calls::whole;
-use super::interpreter::Interpreter;
 use super::modal::{MotionMode, Plane};
-use super::parser::Block;
+use super::parser::IsoBlock;
 use super::pending::{Full, Pending};
-use super::statement::Label;
+use super::run_state::Interpreter;
+use super::statement::OLabel;
 use crate::codes;
 use crate::control::Meaning;
-use crate::control::words::{Builtin, Listed};
+use crate::control::words::{Builtin, ListedWord};
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::listed::refused_by;
 use crate::machine_data::KinematicsKind;
@@ -19,7 +19,7 @@ pub(crate) const LISTED: u32 = 2_000_000_000;
 
 impl Interpreter {
     /// Collects a word of the control file.
-    pub(super) fn put_listed(&self, p: &mut Pending, at: usize, listed: &Listed, span: Span) -> Result<(), Fault> {
+    pub(super) fn put_listed(&self, p: &mut Pending, at: usize, listed: &ListedWord, span: Span) -> Result<(), Fault> {
         match &listed.meaning {
             Meaning::Does(words) => words.iter().try_for_each(|word| match word {
                 Builtin::G(code) => self.put_g(p, *code, span),
@@ -32,13 +32,13 @@ impl Interpreter {
         }
     }
 
-    fn listed(&self, m: u32) -> Option<&Listed> {
+    fn listed(&self, m: u32) -> Option<&ListedWord> {
         self.settings.control.words.at(m.checked_sub(LISTED)? as usize)
     }
 
     /// Does a word of the control file, as far as it acts before the motion of its block.
     pub(super) fn listed_word(&mut self, m: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let Some(Listed { word, meaning, values }) = self.listed(m).cloned() else { return Ok(()) };
+        let Some(ListedWord { word, meaning, values }) = self.listed(m).cloned() else { return Ok(()) };
         let mut shown = String::new();
         for letter in values {
             if p.any_free(&[letter])
@@ -107,9 +107,11 @@ impl Interpreter {
     }
 
     /// A word that calls a macro takes the whole block; true where the block has one.
-    pub(super) fn listed_macro(&mut self, p: &mut Pending, block: &Block) -> Result<bool, Fault> {
+    pub(super) fn listed_macro(&mut self, p: &mut Pending, block: &IsoBlock) -> Result<bool, Fault> {
         let found = p.m().iter().find_map(|&m| self.listed(m).filter(|l| matches!(l.meaning, Meaning::Macro(_))));
-        let Some(Listed { word, meaning: Meaning::Macro(program), values }) = found.cloned() else { return Ok(false) };
+        let Some(ListedWord { word, meaning: Meaning::Macro(program), values }) = found.cloned() else {
+            return Ok(false);
+        };
         if self.own.flavor.is_linuxcnc() {
             self.listed_o_sub(&word, &program, &values, p, block.span)?;
             return Ok(true);
@@ -135,7 +137,7 @@ impl Interpreter {
         }
         let values: Vec<(u8, f64)> = letters.iter().filter_map(|&letter| Some((letter, p.take(letter)?))).collect();
         let depth = self.depth();
-        self.call_o_sub(&Label::Fixed(label.to_owned()), &[], span)?;
+        self.call_o_sub(&OLabel::Fixed(label.to_owned()), &[], span)?;
         if self.depth() > depth {
             for (letter, value) in values {
                 self.variables.set_named(&char::from(letter).to_ascii_lowercase().to_string(), value);

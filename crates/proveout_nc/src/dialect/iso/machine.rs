@@ -21,9 +21,9 @@
 //! not name stay where they are.
 
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::modal::{Length, MotionMode};
 use super::pending::{AXES, Pending};
+use super::run_state::Interpreter;
 use super::words::Group;
 use crate::channel::unknown_axes;
 use crate::codes;

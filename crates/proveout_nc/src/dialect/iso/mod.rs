@@ -43,6 +43,7 @@ mod polar;
 mod recover;
 mod remarks;
 mod rs274;
+mod run_state;
 mod statement;
 mod system;
 mod technology;
@@ -55,7 +56,7 @@ use std::path::PathBuf;
 use flavor::Flavor;
 
 use super::Reader;
-use super::listed::{Unlisted, each_line};
+use super::listed::{UnlistedWords, each_line};
 use crate::control::words::Builtin;
 use crate::diagnostic::Diagnostic;
 use crate::settings::{Dialect, Settings};
@@ -71,7 +72,7 @@ pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
     };
     match word {
         Builtin::G(code) => {
-            !matches!(code, 650 | 660 | 670) && matches!(words::classify(flavor, code), words::Class::Known(_))
+            !matches!(code, 650 | 660 | 670) && matches!(words::classify(flavor, code), words::GWordClass::Known(_))
         }
         Builtin::M(code) => {
             use words::Function::{CoolantOff, CoolantOn, Orient, Override, Rigid, Spindle, Stop, ToolChange};
@@ -89,11 +90,11 @@ pub(crate) fn open(dialect: Dialect, source: Source, folder: Option<PathBuf>, se
 }
 
 /// Words that neither the reader nor the control file gives a meaning.
-pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Settings, found: &mut UnlistedWords<'_>) {
     let told = flavor::tell(dialect, source);
-    let parse = |line: &str, block: &mut parser::Block| parser::parse_line(line, told.flavor, block);
+    let parse = |line: &str, block: &mut parser::IsoBlock| parser::parse_line(line, told.flavor, block);
     each_line(source, parse, |at, line, block| {
-        let unlisted = |word: &parser::Word| {
+        let unlisted = |word: &parser::IsoWord| {
             block::unlisted_word(told.flavor, !told.certain, &settings.control, word)
                 .map(|(key, now)| (key, word.span, now))
         };
@@ -108,7 +109,7 @@ pub(crate) fn line_faults(dialect: Dialect, source: &Source, settings: &Settings
     let mut faults = Vec::new();
     let outside = index::Index::new(source, flavor, &mut Vec::new()).parts;
     let outside: Vec<[u32; 2]> = outside.into_iter().filter(|part| part.outside).map(|part| part.lines).collect();
-    let parse = |line: &str, block: &mut parser::Block| parser::parse_line(line, flavor, block);
+    let parse = |line: &str, block: &mut parser::IsoBlock| parser::parse_line(line, flavor, block);
     each_line(source, parse, |at, line, block| {
         if outside.iter().any(|lines| (lines[0]..lines[1]).contains(&at.line)) {
             // No control reads it.

@@ -2,9 +2,9 @@
 
 use super::calls::whole;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
 use super::modal::{MotionMode, Plane};
 use super::pending::{AXES, Pending};
+use super::run_state::Interpreter;
 use super::technology::LINEAR;
 use super::words::Group;
 use crate::channel::{finite, unknown_axes};

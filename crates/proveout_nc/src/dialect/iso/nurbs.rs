@@ -5,9 +5,9 @@
 //! control point. Where all weights are equal and the order is 3 or 4 every piece is a cubic Bezier curve, and is given exactly;
 //! other pieces are given as chords.
 
-use super::interpreter::Interpreter;
 use super::modal::FeedMode;
 use super::pending::Pending;
+use super::run_state::{ControlPoints, Interpreter};
 use super::technology::LINEAR;
 use super::words::Group;
 use crate::codes;
@@ -19,14 +19,6 @@ use crate::{CompSide, Op, SplineMotion};
 const MAX_ORDER: f64 = 16.0;
 /// Most control points of one curve.
 const MAX_POINTS: usize = 10_000;
-
-/// What the blocks between G5.2 and G5.3 have said.
-#[derive(Clone, Debug)]
-pub(crate) struct ControlPoints {
-    /// X, Y in work coordinates, mm, and the weight.
-    points: Vec<[f64; 3]>,
-    order: usize,
-}
 
 impl Interpreter {
     pub(crate) fn nurbs_block(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {

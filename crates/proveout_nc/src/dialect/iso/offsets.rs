@@ -3,9 +3,9 @@
 use super::block::g_name;
 use super::calls::whole;
 use super::flavor::Flavor;
-use super::interpreter::{Interpreter, offset_key};
 use super::modal::{Plane, Shift};
 use super::pending::{AXES, Pending};
+use super::run_state::{Interpreter, offset_key};
 use super::technology::of_a_lathe;
 use super::words::Group;
 use crate::channel::unknown_axis;

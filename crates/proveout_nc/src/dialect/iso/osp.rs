@@ -20,11 +20,11 @@
 
 use super::expr::{self, Expr};
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
-use super::parser::Block;
-use super::statement::Statement;
+use super::parser::IsoBlock;
+use super::run_state::Interpreter;
+use super::statement::IsoStatement;
 use crate::ToolName;
-use crate::channel::expression::Indexed;
+use crate::channel::expression::IndexedParameter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::scan::Scanner;
@@ -50,7 +50,7 @@ pub(super) fn variable(s: &mut Scanner<'_>) -> Result<Expr, Fault> {
     s.set_pos(start + 2);
     match s.integer() {
         Some(number) if (1..=MOST_COMMON).contains(&number) => {
-            Ok(Indexed::expr(Expr::Number(f64::from(COMMON + number))))
+            Ok(IndexedParameter::expr(Expr::Number(f64::from(COMMON + number))))
         }
         _ => Err(Fault::new(
             codes::BAD_VALUE,
@@ -119,12 +119,12 @@ pub(crate) struct ProgramCall {
 }
 
 /// `CALL O200 Q3`, `MODIN O200`, `MODOUT` or `RTS`, if it is next.
-pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Option<Statement>, Fault> {
+pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Option<IsoStatement>, Fault> {
     if !s.peek_at(1).is_ascii_alphabetic() || flavor.is_linuxcnc() {
         return Ok(None);
     }
     let start = s.pos();
-    for (word, statement) in [("RTS", Statement::EndCall), ("MODOUT", Statement::EndModal)] {
+    for (word, statement) in [("RTS", IsoStatement::EndCall), ("MODOUT", IsoStatement::EndModal)] {
         if expr::next_is(s, word) {
             s.set_pos(start + word.len());
             return Ok(Some(statement));
@@ -167,7 +167,7 @@ pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Opti
         }
     }
     let call = Box::new(ProgramCall { program, passes, values });
-    Ok(Some(if word == "CALL" { Statement::Call(call) } else { Statement::ModalCall(call) }))
+    Ok(Some(if word == "CALL" { IsoStatement::Call(call) } else { IsoStatement::ModalCall(call) }))
 }
 
 /// A line that describes the blank for the animation of the control, or draws: `DEF WORK`, `PS LC,[0,0,-20],[100,80,20]`, `END`, `DRAW`, `CLEAR`.
@@ -205,7 +205,7 @@ pub(super) fn is_set_of_offsets(value: &Expr) -> bool {
 }
 
 /// The words of this language in a block, where the control does not have them.
-pub(super) fn refused(block: &Block, has_them: bool) -> Option<Fault> {
+pub(super) fn refused(block: &IsoBlock, has_them: bool) -> Option<Fault> {
     let (word, span) = block.osp.filter(|_| !has_them)?;
     let message = format!("{word} is a word of Okuma OSP, which this control has not");
     if word.starts_with("`END`") {
@@ -248,7 +248,7 @@ impl Interpreter {
         &mut self,
         call: &ProgramCall,
         modal: bool,
-        block: &Block,
+        block: &IsoBlock,
         span: Span,
     ) -> Result<(), Fault> {
         if !block.words.is_empty() || !block.assignments.is_empty() {

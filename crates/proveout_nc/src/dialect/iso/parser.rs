@@ -3,25 +3,25 @@
 use super::expr::{self, Expr};
 use super::flavor::Flavor;
 use super::osp;
-use super::statement::{self, Statement};
+use super::statement::{self, IsoStatement};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, refused};
 use crate::scan::Scanner;
 
 /// A block as written. Reused from line to line, so that plain blocks allocate nothing.
 #[derive(Debug, Default)]
-pub(crate) struct Block {
+pub(crate) struct IsoBlock {
     /// Level of `/`, if the block can be skipped.
     pub(crate) skip: Option<u8>,
     pub(crate) number: Option<u32>,
-    pub(crate) words: Vec<Word>,
+    pub(crate) words: Vec<IsoWord>,
     /// `#1 = 5`, in the order of the text.
     pub(crate) assignments: Vec<Assignment>,
-    pub(crate) statement: Option<Statement>,
+    pub(crate) statement: Option<IsoStatement>,
     /// The line begins with `$`, as those of a grbl do.
     pub(crate) dollar: Option<Span>,
     /// IF after `WHILE [..] DO 1` or `DO 1`.
-    pub(crate) behind: Option<Statement>,
+    pub(crate) behind: Option<IsoStatement>,
     /// Comments that say something to the operator or the control.
     pub(crate) remarks: Vec<Remark>,
     /// Text of the last comment.
@@ -42,15 +42,15 @@ pub(crate) const CHAMFER: u8 = b'c';
 pub(crate) const ROUNDING: u8 = b'r';
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Word {
+pub(crate) struct IsoWord {
     /// Upper case; [`CHAMFER`] and [`ROUNDING`] for `,C` and `,R`.
     pub(crate) letter: u8,
-    pub(crate) value: Value,
+    pub(crate) value: WordValue,
     pub(crate) span: Span,
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Value {
+pub(crate) enum WordValue {
     Number {
         value: f64,
         /// Written with a decimal point.
@@ -81,7 +81,7 @@ pub(crate) enum Remark {
     Assumed(&'static str),
 }
 
-impl Block {
+impl IsoBlock {
     fn clear(&mut self) {
         self.skip = None;
         self.number = None;
@@ -109,14 +109,14 @@ impl Block {
 }
 
 /// Reads a line into the block.
-pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
+pub(crate) fn parse_line(line: &str, flavor: Flavor, block: &mut IsoBlock) -> Result<(), Fault> {
     read_line(line, flavor, block).map_err(|fault| match crate::dialect::foreign::looks_like(line) {
         Some(control) => fault.help(crate::dialect::foreign::named(control)),
         None => fault,
     })
 }
 
-fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
+fn read_line(line: &str, flavor: Flavor, block: &mut IsoBlock) -> Result<(), Fault> {
     block.clear();
     let mut s = Scanner::new(line);
     s.skip_blanks();
@@ -128,7 +128,7 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
         let at = s.pos();
         block.span = Span::new(at, line.trim_end().len());
         block.dollar = Some(block.span);
-        block.statement = Some(Statement::Dollar(line[at..].trim().to_ascii_uppercase()));
+        block.statement = Some(IsoStatement::Dollar(line[at..].trim().to_ascii_uppercase()));
         return Ok(());
     }
     if !flavor.is_linuxcnc()
@@ -279,17 +279,17 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                 start = start.or(Some(at));
                 if let Some(found) = statement::statement(&mut s, flavor, first)? {
                     block.osp = match found {
-                        Statement::Call(..) => Some(("`CALL`", s.span_from(at))),
-                        Statement::ModalCall(..) | Statement::EndModal => Some(("`MODIN`", s.span_from(at))),
-                        Statement::Header(ref name) if name.starts_with('<') && flavor == Flavor::Fanuc => {
+                        IsoStatement::Call(..) => Some(("`CALL`", s.span_from(at))),
+                        IsoStatement::ModalCall(..) | IsoStatement::EndModal => Some(("`MODIN`", s.span_from(at))),
+                        IsoStatement::Header(ref name) if name.starts_with('<') && flavor == Flavor::Fanuc => {
                             Some(("a program name of letters after O", s.span_from(at)))
                         }
-                        Statement::EndCall => Some(("`RTS`", s.span_from(at))),
-                        Statement::IfSequence(..) => Some(("`IF [..] N`", s.span_from(at))),
+                        IsoStatement::EndCall => Some(("`RTS`", s.span_from(at))),
+                        IsoStatement::IfSequence(..) => Some(("`IF [..] N`", s.span_from(at))),
                         _ => block.osp,
                     };
-                    let opens = matches!(block.statement, Some(Statement::While(..))) && block.behind.is_none();
-                    if opens && matches!(found, Statement::IfGoto(..) | Statement::IfThen(..)) {
+                    let opens = matches!(block.statement, Some(IsoStatement::While(..))) && block.behind.is_none();
+                    if opens && matches!(found, IsoStatement::IfGoto(..) | IsoStatement::IfThen(..)) {
                         block.behind = Some(found);
                     } else if block.statement.replace(found).is_some() {
                         let message = "a second statement in one block: the manual does not say how the control runs \
@@ -299,10 +299,10 @@ fn read_line(line: &str, flavor: Flavor, block: &mut Block) -> Result<(), Fault>
                     }
                 } else {
                     let word = word(&mut s, flavor)?;
-                    if matches!(word.value, Value::Expr(_)) && s.slice(at).contains('=') {
+                    if matches!(word.value, WordValue::Expr(_)) && s.slice(at).contains('=') {
                         block.osp = Some(("`=` after a letter", word.span));
                     }
-                    if matches!(&word.value, Value::Expr(e) if osp::is_set_of_offsets(e)) {
+                    if matches!(&word.value, WordValue::Expr(e) if osp::is_set_of_offsets(e)) {
                         block.osp = Some(("a letter after `H` or `D`", word.span));
                     }
                     block.words.push(word);
@@ -357,7 +357,7 @@ fn unexpected(s: &Scanner<'_>, flavor: Flavor) -> Fault {
 }
 
 /// `X10`, `X-#1`, `X[#1+2]`; the scanner is at the letter.
-fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
+fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<IsoWord, Fault> {
     let start = s.pos();
     let letter = s.peek().to_ascii_uppercase();
     s.bump();
@@ -382,8 +382,8 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
         // Okuma: `X=VC1+5`.
         b'=' if !flavor.is_linuxcnc() => {
             s.bump();
-            let value = Value::Expr(Box::new(expr::expression(s, flavor)?));
-            return Ok(Word { letter, value, span: s.span_from(start) });
+            let value = WordValue::Expr(Box::new(expr::expression(s, flavor)?));
+            return Ok(IsoWord { letter, value, span: s.span_from(start) });
         }
         b'#' | b'[' | b'-' | b'+' => {}
         // Okuma: `G56 HA`.
@@ -391,8 +391,8 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
             if matches!(letter, b'H' | b'D') && !flavor.is_linuxcnc() && !s.peek_at(1).is_ascii_alphanumeric() =>
         {
             s.bump();
-            let value = Value::Expr(Box::new(osp::set_of_offsets(letter, set)));
-            return Ok(Word { letter, value, span: s.span_from(start) });
+            let value = WordValue::Expr(Box::new(osp::set_of_offsets(letter, set)));
+            return Ok(IsoWord { letter, value, span: s.span_from(start) });
         }
         byte if byte.is_ascii_alphabetic() && flavor.is_linuxcnc() && s.peek_at(1).is_ascii_alphabetic() => {}
         // Okuma: `VTOFH[1]=100`.
@@ -414,18 +414,18 @@ fn word(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Word, Fault> {
             );
         }
     }
-    let value = Value::Expr(Box::new(expr::operand(s, flavor)?));
-    Ok(Word { letter, value, span: s.span_from(start) })
+    let value = WordValue::Expr(Box::new(expr::operand(s, flavor)?));
+    Ok(IsoWord { letter, value, span: s.span_from(start) })
 }
 
-fn finite(letter: u8, value: f64, point: bool, span: Span) -> Result<Word, Fault> {
+fn finite(letter: u8, value: f64, point: bool, span: Span) -> Result<IsoWord, Fault> {
     if value.is_finite() {
-        return Ok(Word { letter, value: Value::Number { value, point }, span });
+        return Ok(IsoWord { letter, value: WordValue::Number { value, point }, span });
     }
     Err(Fault::new(codes::BAD_VALUE, span, "the number is too large").help("use fewer digits"))
 }
 
-fn spaced_number(s: &mut Scanner<'_>, flavor: Flavor, letter: u8, start: usize, from: usize) -> Result<Word, Fault> {
+fn spaced_number(s: &mut Scanner<'_>, flavor: Flavor, letter: u8, start: usize, from: usize) -> Result<IsoWord, Fault> {
     while matches!(s.peek(), b'0'..=b'9' | b'.' | b' ' | b'\t') {
         s.bump();
     }
@@ -460,7 +460,7 @@ pub(crate) fn assignment(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Assignme
 }
 
 /// Steps over `( ... )` and keeps what speaks to the operator.
-fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
+fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut IsoBlock) -> Result<(), Fault> {
     let start = s.pos();
     s.bump();
     let from = s.pos();
@@ -502,7 +502,7 @@ fn comment(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(),
 
 /// A comment follows `;`. On a Fanuc and a Haas `;` is the end of a block: words after it would be
 /// a second one.
-fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor, block: &mut Block) -> Result<(), Fault> {
+fn after_semicolon(s: &mut Scanner<'_>, flavor: Flavor, block: &mut IsoBlock) -> Result<(), Fault> {
     s.bump();
     if flavor.is_linuxcnc() {
         return Ok(());

@@ -1,8 +1,8 @@
 //! `@` and `^` of a `LinuxCNC`: the end of a motion in the XY plane by radius and angle about the work origin (*G-code overview*,
 //! "Polar coordinates"; `find_ends` of its interpreter).
 
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::AxisValues;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

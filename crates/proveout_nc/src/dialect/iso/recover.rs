@@ -1,10 +1,10 @@
 //! What a fault leaves in doubt on an ISO control, and where its run goes on.
 
 use super::index::Index;
-use super::interpreter::{Interpreter, Iso};
-use super::parser::Block;
+use super::parser::IsoBlock;
+use super::run_state::{Interpreter, Iso};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{Failed, Salvage, TakenOut};
+use crate::channel::{FailedBlock, Salvage, TakenOut};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 
@@ -32,7 +32,7 @@ pub(super) fn settle_doubt(channel: &mut Interpreter) {
 }
 
 /// Goes on after the block that has failed; returns what is in doubt there.
-pub(super) fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
+pub(super) fn go_on(channel: &mut Interpreter, failed: &FailedBlock<Index>) -> Option<Doubt> {
     Some(match (failed.code, channel.recovery.faults.stage) {
         (codes::NO_END, _) => {
             // The text goes on as if the head were not there.
@@ -59,11 +59,11 @@ pub(super) fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option
 }
 
 impl Salvage for Iso {
-    fn touching(block: &Block, byte: u32) -> Option<u32> {
+    fn touching(block: &IsoBlock, byte: u32) -> Option<u32> {
         block.words.iter().find(|word| word.span.end >= byte && word.span.start <= byte).map(|word| word.span.start)
     }
 
-    fn take_out(block: &mut Block, span: Span, _executed: u32) -> TakenOut {
+    fn take_out(block: &mut IsoBlock, span: Span, _executed: u32) -> TakenOut {
         let before = (block.words.len(), block.assignments.len());
         block.words.retain(|word| word.span.end <= span.start || word.span.start >= span.end);
         block.assignments.retain(|a| a.span.end <= span.start || a.span.start >= span.end);
@@ -71,13 +71,13 @@ impl Salvage for Iso {
         TakenOut { any: before != after, values: before.1 != after.1 }
     }
 
-    fn execute(channel: &mut Interpreter, block: &Block, line: &str) -> Result<(), Fault> {
+    fn execute(channel: &mut Interpreter, block: &IsoBlock, line: &str) -> Result<(), Fault> {
         channel.execute(block, line)
     }
 }
 
 /// The section that ran into a head goes on to the end of the part after it.
-fn join_next_part(channel: &mut Interpreter, failed: &Failed<Index>) {
+fn join_next_part(channel: &mut Interpreter, failed: &FailedBlock<Index>) {
     let Some(part) = failed.loaded.index.parts.iter().find(|p| p.lines[0] == failed.at.line) else { return };
     let mut end = failed.at;
     while let Some((_, next)) = failed.loaded.source.line(end).filter(|_| end.line < part.lines[1]) {

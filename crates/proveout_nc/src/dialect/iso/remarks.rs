@@ -2,7 +2,7 @@
 //! "Debug messages": every `#` with its name is replaced by its value).
 
 use super::expr;
-use super::interpreter::Interpreter;
+use super::run_state::Interpreter;
 use crate::diagnostic::Span;
 use crate::scan::Scanner;
 

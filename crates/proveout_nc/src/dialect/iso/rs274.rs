@@ -5,10 +5,10 @@
 //! and have rules of their own.
 
 use super::block::{NOTED_G, g_name};
-use super::interpreter::Interpreter;
 use super::listed::LISTED;
 use super::modal::FeedMode;
 use super::pending::{AXES, Pending};
+use super::run_state::Interpreter;
 use super::words::Group;
 use crate::CompSide;
 use crate::SpindleDirection;

@@ -9,11 +9,11 @@ use crate::diagnostic::Fault;
 use crate::scan::Scanner;
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Statement {
+pub(crate) enum IsoStatement {
     /// `O1234`, `:1234`, `O<NAME>`: the head of a program.
     Header(String),
     /// `o100 while [..]`: label and word.
-    OWord(Label, OWord),
+    OWord(OLabel, OWord),
     /// `IF [..] GOTO n`
     IfGoto(Expr, Expr),
     /// `IF [..] THEN #1 = 5`
@@ -41,7 +41,7 @@ pub(crate) enum Statement {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Label {
+pub(crate) enum OLabel {
     /// Digits without leading zeros, or `<name>` in lower case.
     Fixed(String),
     /// `o[#1]`
@@ -79,7 +79,7 @@ pub(crate) fn keyword(s: &Scanner<'_>) -> Option<&'static str> {
 }
 
 /// The statement that is next, if it is one.
-pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Result<Option<Statement>, Fault> {
+pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Result<Option<IsoStatement>, Fault> {
     let byte = s.peek();
     if matches!(byte, b'O' | b'o' | b':') {
         if byte == b':' && flavor.is_linuxcnc() {
@@ -108,7 +108,7 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
             s.skip_blanks();
             if next_is(s, "GOTO") {
                 s.set_pos(s.pos() + 4);
-                Statement::IfGoto(condition, target(s, flavor)?)
+                IsoStatement::IfGoto(condition, target(s, flavor)?)
             } else if next_is(s, "THEN") {
                 s.set_pos(s.pos() + 4);
                 s.skip_blanks();
@@ -116,15 +116,15 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
                     return Err(Fault::new(codes::SYNTAX, s.span_from(start), "THEN takes an assignment")
                         .help("write IF [#1 EQ 0] THEN #2=5"));
                 }
-                Statement::IfThen(condition, parser::assignment(s, flavor)?)
+                IsoStatement::IfThen(condition, parser::assignment(s, flavor)?)
             } else if next_is(s, "N") && s.peek_at(1).is_ascii_alphanumeric() {
-                Statement::IfSequence(condition, target(s, flavor)?)
+                IsoStatement::IfSequence(condition, target(s, flavor)?)
             } else {
                 return Err(Fault::new(codes::SYNTAX, s.span_from(start), "IF needs GOTO or THEN after its condition")
                     .help("write IF [#1 EQ 0] GOTO 100"));
             }
         }
-        "GOTO" => Statement::Goto(target(s, flavor)?),
+        "GOTO" => IsoStatement::Goto(target(s, flavor)?),
         "RPT" => {
             let mut number = || {
                 s.skip_blanks();
@@ -133,7 +133,7 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
                         .help("write (RPT N50,N60)")
                 })
             };
-            Statement::Repeat(number()?, number()?, number()?)
+            IsoStatement::Repeat(number()?, number()?, number()?)
         }
         "WHILE" => {
             let condition = expr::bracket(s, flavor)?;
@@ -143,15 +143,15 @@ pub(crate) fn statement(s: &mut Scanner<'_>, flavor: Flavor, first: bool) -> Res
                     .help("write WHILE [#1 LT 10] DO 1"));
             }
             s.set_pos(s.pos() + 2);
-            Statement::While(Some(condition), loop_number(s, start)?)
+            IsoStatement::While(Some(condition), loop_number(s, start)?)
         }
-        "DO" => Statement::While(None, loop_number(s, start)?),
-        "END" => Statement::End(loop_number(s, start)?),
+        "DO" => IsoStatement::While(None, loop_number(s, start)?),
+        "END" => IsoStatement::End(loop_number(s, start)?),
         _ => {
             while !s.at_end() && s.peek() != b';' {
                 s.bump();
             }
-            Statement::Output(s.slice(start).trim().to_owned())
+            IsoStatement::Output(s.slice(start).trim().to_owned())
         }
     };
     Ok(Some(statement))
@@ -176,9 +176,9 @@ fn loop_number(s: &mut Scanner<'_>, start: usize) -> Result<u32, Fault> {
 }
 
 /// `<NAME>` as the head of a program.
-pub(crate) fn named_header(s: &mut Scanner<'_>) -> Result<Statement, Fault> {
+pub(crate) fn named_header(s: &mut Scanner<'_>) -> Result<IsoStatement, Fault> {
     let start = s.pos();
-    name_in_brackets(s, start).map(Statement::Header)
+    name_in_brackets(s, start).map(IsoStatement::Header)
 }
 
 /// `<name>` in lower case without blanks, brackets included; the scanner is at `<`.
@@ -196,23 +196,23 @@ fn name_in_brackets(s: &mut Scanner<'_>, start: usize) -> Result<String, Fault> 
 }
 
 /// A line that begins with O or `:`.
-fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
+fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<IsoStatement, Fault> {
     let start = s.pos();
     s.bump();
     s.skip_blanks();
     let label = match s.peek() {
-        b'<' => Label::Fixed(name_in_brackets(s, start)?),
-        b'[' | b'#' if flavor.is_linuxcnc() => Label::Computed(expr::operand(s, flavor)?),
+        b'<' => OLabel::Fixed(name_in_brackets(s, start)?),
+        b'[' | b'#' if flavor.is_linuxcnc() => OLabel::Computed(expr::operand(s, flavor)?),
         // A Haas takes names of letters too, and an Okuma.
         byte if !flavor.is_linuxcnc() && byte.is_ascii_alphabetic() => {
             let from = s.pos();
             while s.peek().is_ascii_alphanumeric() || b"_-.".contains(&s.peek()) {
                 s.bump();
             }
-            Label::Fixed(format!("<{}>", s.slice(from).to_ascii_lowercase()))
+            OLabel::Fixed(format!("<{}>", s.slice(from).to_ascii_lowercase()))
         }
         _ => match s.integer() {
-            Some(number) => Label::Fixed(number.to_string()),
+            Some(number) => OLabel::Fixed(number.to_string()),
             None => {
                 return Err(Fault::new(
                     codes::SYNTAX,
@@ -226,8 +226,8 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
     s.skip_blanks();
     let Some(word) = o_word_name(s) else {
         return match label {
-            Label::Fixed(name) => Ok(Statement::Header(name)),
-            Label::Computed(_) => {
+            OLabel::Fixed(name) => Ok(IsoStatement::Header(name)),
+            OLabel::Computed(_) => {
                 Err(Fault::new(codes::SYNTAX, s.span_from(start), "the O word has no keyword").help("write o[#1] call"))
             }
         };
@@ -270,7 +270,7 @@ fn o_line(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Statement, Fault> {
         return Err(Fault::new(codes::SYNTAX, s.here(), "no words are allowed after an O word")
             .help("write it in a line of its own"));
     }
-    Ok(Statement::OWord(label, word))
+    Ok(IsoStatement::OWord(label, word))
 }
 
 fn optional(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Option<Expr>, Fault> {

@@ -2,9 +2,9 @@
 
 use super::eval::unknown_system;
 use super::flavor::Flavor;
-use super::interpreter::Interpreter;
-use super::length::Kept;
+use super::length::OffsetColumn;
 use super::modal::{FeedMode, Length};
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
@@ -24,12 +24,12 @@ fn offset_word(flavor: Flavor, number: u32) -> Option<(String, usize)> {
 }
 
 /// Tool offsets of a Fanuc with memory C (*Operator's manual*, "System variables"): wear and geometry of lengths, then of radii.
-fn tool_offset(flavor: Flavor, number: u32) -> Option<(Kept, u32)> {
+fn tool_offset(flavor: Flavor, number: u32) -> Option<(OffsetColumn, u32)> {
     let column = match number {
-        10_001..=10_999 => Kept { radius: false, wear: true },
-        11_001..=11_999 => Kept { radius: false, wear: false },
-        12_001..=12_999 => Kept { radius: true, wear: true },
-        13_001..=13_999 => Kept { radius: true, wear: false },
+        10_001..=10_999 => OffsetColumn { radius: false, wear: true },
+        11_001..=11_999 => OffsetColumn { radius: false, wear: false },
+        12_001..=12_999 => OffsetColumn { radius: true, wear: true },
+        13_001..=13_999 => OffsetColumn { radius: true, wear: false },
         _ => return None,
     };
     (flavor == Flavor::Fanuc).then_some((column, number % 1000))

@@ -2,10 +2,10 @@
 
 use super::block::{NOTED_G, RETURNS, g_name, kinematics_switch};
 use super::calls::whole;
-use super::interpreter::Interpreter;
 use super::listed::LISTED;
 use super::modal::FeedMode;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use super::words::{self, Function, Group};
 use crate::channel::direction_of;
 use crate::codes;

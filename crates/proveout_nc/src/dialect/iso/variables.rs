@@ -24,7 +24,7 @@ impl Locals {
 
 /// Values of parameters; a numbered one without a value is vacant.
 #[derive(Debug)]
-pub(crate) struct Variables {
+pub(crate) struct MacroVariables {
     flavor: Flavor,
     levels: Vec<Locals>,
     common: BTreeMap<u32, f64>,
@@ -33,7 +33,7 @@ pub(crate) struct Variables {
     given: BTreeMap<String, f64>,
 }
 
-impl Variables {
+impl MacroVariables {
     pub(crate) fn new(flavor: Flavor, given: &BTreeMap<String, f64>) -> Self {
         Self {
             flavor,

@@ -38,7 +38,7 @@ pub(crate) enum Group {
 
 /// What the reader does with a G word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Class {
+pub(crate) enum GWordClass {
     Known(Group),
     /// Named in a note, without effect.
     Note,
@@ -52,19 +52,19 @@ pub(crate) enum Class {
 /// word of the path where no control file is named: of the controls that speak this language only a
 /// Fanuc has none. A `LinuxCNC` that no control file names may be a Mach3, whose words of its own
 /// are these.
-pub(crate) fn class(flavor: Flavor, assumed: bool, control: &Control, code: u32) -> Class {
+pub(crate) fn class(flavor: Flavor, assumed: bool, control: &Control, code: u32) -> GWordClass {
     match code {
         // A Fagor: absolute centers, pole, cycles of its own.
-        60 | 930 if control.depth_in_i => Class::Known(Group::OneShot),
-        690 | 870 | 880 if control.depth_in_i => Class::Known(Group::Cycle),
-        700 | 710 if assumed || flavor.is_linuxcnc() && control.name.is_empty() => Class::Known(Group::Units),
-        611 if assumed || flavor == Flavor::Fanuc && control.name.is_empty() => Class::Known(Group::PathMode),
+        60 | 930 if control.depth_in_i => GWordClass::Known(Group::OneShot),
+        690 | 870 | 880 if control.depth_in_i => GWordClass::Known(Group::Cycle),
+        700 | 710 if assumed || flavor.is_linuxcnc() && control.name.is_empty() => GWordClass::Known(Group::Units),
+        611 if assumed || flavor == Flavor::Fanuc && control.name.is_empty() => GWordClass::Known(Group::PathMode),
         _ => classify(flavor, code),
     }
 }
 
 /// The class of a G word.
-pub(crate) fn classify(flavor: Flavor, code: u32) -> Class {
+pub(crate) fn classify(flavor: Flavor, code: u32) -> GWordClass {
     let common = match code {
         0 | 10 | 20 | 30 => Some(Group::Motion),
         40 | 100 | 280 | 300 | 520 | 530 | 920 => Some(Group::OneShot),
@@ -87,7 +87,7 @@ pub(crate) fn classify(flavor: Flavor, code: u32) -> Class {
         Flavor::LinuxCnc => linuxcnc(code),
     };
     match (own, common) {
-        (Class::Unknown, Some(group)) => Class::Known(group),
+        (GWordClass::Unknown, Some(group)) => GWordClass::Known(group),
         (own, _) => own,
     }
 }
@@ -103,96 +103,96 @@ const ARC: &str = "program the path with G1, G2 and G3";
 const MANUAL_RETRACT: &str = "the operator retracts by hand in this cycle; use G85, G86 or G89";
 const POST_PLANE: &str = "give the plane with Euler angles (G68.2 X Y Z I J K) or turn the axes in the program";
 
-fn fanuc(code: u32) -> Class {
+fn fanuc(code: u32) -> GWordClass {
     match code {
-        90 => Class::Known(Group::ExactStop),
-        50 | 51 | 310 | 531 | 536 | 650 | 921 => Class::Known(Group::OneShot),
-        330 => Class::Known(Group::Motion),
-        150 | 160 => Class::Known(Group::Polar),
-        434 | 435 | 440 => Class::Known(Group::ToolLength),
-        501 | 511 => Class::Known(Group::Mirror),
-        541 => Class::Known(Group::WorkOffset),
-        620 | 630 => Class::Known(Group::PathMode),
-        660 | 670 => Class::Known(Group::Macro),
-        680 | 682 | 690 => Class::Known(Group::Rotation),
-        760 => Class::Known(Group::Cycle),
-        80 | 110 | 131 | 220 | 230 | 250 | 260 | 401 | 500 | 502 | 691 | 1130 => Class::Note,
-        431 => Class::Refused("program five axes with G43.4 or G43.5, three with G43"),
-        684 | 683 => Class::Refused(POST_PLANE),
-        61 | 62 => Class::Refused(ARC),
-        24 | 34 | 23 | 33 | 32 => Class::Refused(ARC),
-        71 | 121 | 271 | 70 | 120 => Class::Refused("unroll the path in the CAM system"),
-        700 | 710 | 720 | 750 => Class::Refused(TURNING),
-        411 | 421 | 412 | 422 => Class::Refused("let the CAM system compensate the cutter, and use G40"),
-        270 | 600 => Class::Known(Group::OneShot),
-        290 => Class::Refused("program the motion with G53 or in work coordinates"),
-        510 => Class::Known(Group::Scaling),
-        512 | 544 | 436 => Class::Refused("remove the function for the prove-out"),
-        661 => Class::Refused("call the macro with G65"),
-        106 | 751 | 753 => Class::Refused("remove the function for the prove-out"),
-        542 => Class::Refused(
+        90 => GWordClass::Known(Group::ExactStop),
+        50 | 51 | 310 | 531 | 536 | 650 | 921 => GWordClass::Known(Group::OneShot),
+        330 => GWordClass::Known(Group::Motion),
+        150 | 160 => GWordClass::Known(Group::Polar),
+        434 | 435 | 440 => GWordClass::Known(Group::ToolLength),
+        501 | 511 => GWordClass::Known(Group::Mirror),
+        541 => GWordClass::Known(Group::WorkOffset),
+        620 | 630 => GWordClass::Known(Group::PathMode),
+        660 | 670 => GWordClass::Known(Group::Macro),
+        680 | 682 | 690 => GWordClass::Known(Group::Rotation),
+        760 => GWordClass::Known(Group::Cycle),
+        80 | 110 | 131 | 220 | 230 | 250 | 260 | 401 | 500 | 502 | 691 | 1130 => GWordClass::Note,
+        431 => GWordClass::Refused("program five axes with G43.4 or G43.5, three with G43"),
+        684 | 683 => GWordClass::Refused(POST_PLANE),
+        61 | 62 => GWordClass::Refused(ARC),
+        24 | 34 | 23 | 33 | 32 => GWordClass::Refused(ARC),
+        71 | 121 | 271 | 70 | 120 => GWordClass::Refused("unroll the path in the CAM system"),
+        700 | 710 | 720 | 750 => GWordClass::Refused(TURNING),
+        411 | 421 | 412 | 422 => GWordClass::Refused("let the CAM system compensate the cutter, and use G40"),
+        270 | 600 => GWordClass::Known(Group::OneShot),
+        290 => GWordClass::Refused("program the motion with G53 or in work coordinates"),
+        510 => GWordClass::Known(Group::Scaling),
+        512 | 544 | 436 => GWordClass::Refused("remove the function for the prove-out"),
+        661 => GWordClass::Refused("call the macro with G65"),
+        106 | 751 | 753 => GWordClass::Refused("remove the function for the prove-out"),
+        542 => GWordClass::Refused(
             "the offset that turns with the table is data of the control: use G68.2, or give each position its own offset (G55)",
         ),
-        842 | 843 => Class::Refused("write M29 S and G84 or G74"),
-        880 => Class::Refused(MANUAL_RETRACT),
-        _ => Class::Unknown,
+        842 | 843 => GWordClass::Refused("write M29 S and G84 or G74"),
+        880 => GWordClass::Refused(MANUAL_RETRACT),
+        _ => GWordClass::Unknown,
     }
 }
 
-fn haas(code: u32) -> Class {
+fn haas(code: u32) -> GWordClass {
     match code {
-        90 => Class::Known(Group::ExactStop),
-        310 | 650 => Class::Known(Group::OneShot),
-        440 | 2340 => Class::Known(Group::ToolLength),
-        680 | 690 | 2680 | 2690 => Class::Known(Group::Rotation),
-        2530 => Class::Known(Group::OneShot),
-        760 | 770 => Class::Known(Group::Cycle),
-        1000 | 1010 => Class::Known(Group::Mirror),
-        1540 => Class::Known(Group::WorkOffset),
-        1100..=1290 if code.is_multiple_of(10) => Class::Known(Group::WorkOffset),
-        2540 | 2550 => Class::Known(Group::DynamicOffset),
-        500 | 510 => Class::Known(Group::Scaling),
-        1030 => Class::Note,
-        1870 => Class::Known(Group::PathMode),
-        120 | 130 => Class::Known(Group::OneShot),
-        1500 | 470 => Class::Refused("program the pocket or text with G1, G2 and G3"),
-        290 => Class::Refused("program the motion with G53 or in work coordinates"),
+        90 => GWordClass::Known(Group::ExactStop),
+        310 | 650 => GWordClass::Known(Group::OneShot),
+        440 | 2340 => GWordClass::Known(Group::ToolLength),
+        680 | 690 | 2680 | 2690 => GWordClass::Known(Group::Rotation),
+        2530 => GWordClass::Known(Group::OneShot),
+        760 | 770 => GWordClass::Known(Group::Cycle),
+        1000 | 1010 => GWordClass::Known(Group::Mirror),
+        1540 => GWordClass::Known(Group::WorkOffset),
+        1100..=1290 if code.is_multiple_of(10) => GWordClass::Known(Group::WorkOffset),
+        2540 | 2550 => GWordClass::Known(Group::DynamicOffset),
+        500 | 510 => GWordClass::Known(Group::Scaling),
+        1030 => GWordClass::Note,
+        1870 => GWordClass::Known(Group::PathMode),
+        120 | 130 => GWordClass::Known(Group::OneShot),
+        1500 | 470 => GWordClass::Refused("program the pocket or text with G1, G2 and G3"),
+        290 => GWordClass::Refused("program the motion with G53 or in work coordinates"),
         350 | 360 | 370 | 1360 => {
-            Class::Refused("measured values are not known to the twin; write the offset with G10")
+            GWordClass::Refused("measured values are not known to the twin; write the offset with G10")
         }
-        600 => Class::Refused("program the approach from one side with G0"),
-        700 | 710 => Class::Known(Group::OneShot),
-        720 => Class::Refused(
+        600 => GWordClass::Refused("program the approach from one side with G0"),
+        700 | 710 => GWordClass::Known(Group::OneShot),
+        720 => GWordClass::Refused(
             "the manual does not say whether the first hole is at the current tool position: program the holes with X \
              and Y",
         ),
-        870 | 880 => Class::Refused(MANUAL_RETRACT),
-        1020 => Class::Refused("remove the output to the serial port"),
-        1070 => Class::Refused("unroll the path in the CAM system"),
-        1410 | 1430 => Class::Refused("let the CAM system compensate the cutter; use G234 for the tool length"),
-        1740 | 1840 => Class::Refused("tap along the axis of the plane with G84 or G74"),
-        2660 | 2670 => Class::Refused("turn the axes in the program and use G254"),
-        _ => Class::Unknown,
+        870 | 880 => GWordClass::Refused(MANUAL_RETRACT),
+        1020 => GWordClass::Refused("remove the output to the serial port"),
+        1070 => GWordClass::Refused("unroll the path in the CAM system"),
+        1410 | 1430 => GWordClass::Refused("let the CAM system compensate the cutter; use G234 for the tool length"),
+        1740 | 1840 => GWordClass::Refused("tap along the axis of the plane with G84 or G74"),
+        2660 | 2670 => GWordClass::Refused("turn the axes in the program and use G254"),
+        _ => GWordClass::Unknown,
     }
 }
 
-fn linuxcnc(code: u32) -> Class {
+fn linuxcnc(code: u32) -> GWordClass {
     match code {
-        50 | 51 | 330 | 331 | 382..=385 => Class::Known(Group::Motion),
-        921..=923 | 281 | 301 => Class::Known(Group::OneShot),
-        171 | 181 | 191 => Class::Refused("use G17, G18 or G19"),
-        411 | 421 => Class::Known(Group::CutterComp),
-        431 | 432 => Class::Known(Group::ToolLength),
-        591..=593 => Class::Known(Group::WorkOffset),
-        611 => Class::Known(Group::PathMode),
-        901 | 911 => Class::Known(Group::ArcDistance),
-        80 => Class::Note,
-        70 => Class::Refused("diameter programming belongs to turning"),
-        52 | 53 => Class::Known(Group::Motion),
-        700 | 760 | 710..=722 | 842 | 881 => Class::Refused(TURNING),
-        870 | 880 => Class::Refused("the control does not do this cycle; use G85, G86 or G89"),
-        960 | 970 => Class::Known(Group::SpindleMode),
-        _ => Class::Unknown,
+        50 | 51 | 330 | 331 | 382..=385 => GWordClass::Known(Group::Motion),
+        921..=923 | 281 | 301 => GWordClass::Known(Group::OneShot),
+        171 | 181 | 191 => GWordClass::Refused("use G17, G18 or G19"),
+        411 | 421 => GWordClass::Known(Group::CutterComp),
+        431 | 432 => GWordClass::Known(Group::ToolLength),
+        591..=593 => GWordClass::Known(Group::WorkOffset),
+        611 => GWordClass::Known(Group::PathMode),
+        901 | 911 => GWordClass::Known(Group::ArcDistance),
+        80 => GWordClass::Note,
+        70 => GWordClass::Refused("diameter programming belongs to turning"),
+        52 | 53 => GWordClass::Known(Group::Motion),
+        700 | 760 | 710..=722 | 842 | 881 => GWordClass::Refused(TURNING),
+        870 | 880 => GWordClass::Refused("the control does not do this cycle; use G85, G86 or G89"),
+        960 | 970 => GWordClass::Known(Group::SpindleMode),
+        _ => GWordClass::Unknown,
     }
 }
 

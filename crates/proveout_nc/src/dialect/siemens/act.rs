@@ -6,9 +6,9 @@
 
 use std::sync::Arc;
 
-use super::interpreter::Interpreter;
-use super::parser::{Block, Call, WordKind};
+use super::parser::{Call, SiemensBlock, WordKind};
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::KinematicsKind;
@@ -16,7 +16,7 @@ use crate::machine_data::KinematicsKind;
 use super::block::LINEAR;
 
 impl Interpreter {
-    pub(super) fn act(&mut self, p: &mut Pending, block: &Block) -> Result<(), Fault> {
+    pub(super) fn act(&mut self, p: &mut Pending, block: &SiemensBlock) -> Result<(), Fault> {
         let span = block.span;
         if self.own.first_line.is_some() {
             self.second_line(p, span)?;
@@ -128,7 +128,7 @@ impl Interpreter {
         Ok(())
     }
 
-    pub(super) fn calls(&mut self, p: &Pending, block: &Block) -> Result<(), Fault> {
+    pub(super) fn calls(&mut self, p: &Pending, block: &SiemensBlock) -> Result<(), Fault> {
         let passes = p.passes.unwrap_or(1);
         if p.passes.is_some() && p.call.is_none() && p.numbered_call.is_none() {
             return Err(Fault::new(codes::UNKNOWN_WORD, block.span, "`P` has no subprogram in its block")

@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{Pending, Reference};
+use super::run_state::Interpreter;
 use crate::arc::{self, PlaneArc};
 use crate::channel::arc_fault;
 use crate::codes;

@@ -3,11 +3,11 @@
 use super::block::{put_once, refused, word_text};
 use super::eval::{self, Val};
 use super::expr::Expr;
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use super::words::{self, Class};
 use crate::AxisValues;
-use crate::channel::expression::Indexed;
+use crate::channel::expression::IndexedParameter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
@@ -171,7 +171,7 @@ impl Interpreter {
             return Err(refused("SET", span, "assign the elements one by one, or in DEF"));
         }
         let target = match (name, indices) {
-            ("R", [index]) => Indexed::expr(index.clone()),
+            ("R", [index]) => IndexedParameter::expr(index.clone()),
             (_, []) => Expr::Name(name.to_owned()),
             _ => Expr::Element(name.to_owned(), indices.to_vec()),
         };

@@ -2,11 +2,11 @@
 
 use super::eval::{self, Val};
 use super::expr::Expr;
-use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, SplineEnd, SplineKind, Units};
-use super::parser::{Block, Call, Value, Word, WordKind};
+use super::parser::{AddressValue, Call, SiemensBlock, Word, WordKind};
+use super::pending::ToolFrame;
 use super::pending::{Coordinate, FrameWord, Pending, Reference};
-use super::tool_frame::ToolFrame;
+use super::run_state::Interpreter;
 use super::words::{self, Class};
 use crate::channel::doubt::Stage;
 use crate::codes;
@@ -33,7 +33,7 @@ const M_TOLD: f64 = 1e8;
 
 impl Interpreter {
     /// Executes the words of a block.
-    pub(crate) fn execute(&mut self, block: &Block, line: &str) -> Result<(), Fault> {
+    pub(crate) fn execute(&mut self, block: &SiemensBlock, line: &str) -> Result<(), Fault> {
         if self.own.curve.is_some()
             && let Err(cut) = self.curve_before(block)
         {
@@ -52,7 +52,7 @@ impl Interpreter {
     }
 
     /// Faults in the words of a block that do not depend on the state in force; sets no variables.
-    fn fault_of_words(&mut self, block: &Block, line: &str) -> Option<Fault> {
+    fn fault_of_words(&mut self, block: &SiemensBlock, line: &str) -> Option<Fault> {
         let mut pending = Pending::default();
         let sets = |kind: &WordKind| matches!(kind, WordKind::Assign { .. } | WordKind::Address { letter: b'R', .. });
         let mut words = block.words.iter().enumerate().filter(|(_, word)| !sets(&word.kind));
@@ -72,15 +72,15 @@ impl Interpreter {
         }
     }
 
-    fn number(&self, value: &Value, span: Span) -> Result<f64, Fault> {
+    fn number(&self, value: &AddressValue, span: Span) -> Result<f64, Fault> {
         match value {
-            Value::Number(number) => Ok(*number),
-            Value::Expr(expr) => self.variables.number(expr, span),
+            AddressValue::Number(number) => Ok(*number),
+            AddressValue::Expr(expr) => self.variables.number(expr, span),
         }
     }
 
     /// A number that must be an integer from 0 to a limit.
-    fn integer(&self, letter: char, value: &Value, limit: u32, span: Span) -> Result<u32, Fault> {
+    fn integer(&self, letter: char, value: &AddressValue, limit: u32, span: Span) -> Result<u32, Fault> {
         let number = self.number(value, span)?;
         if number.fract() == 0.0 && (0.0..=f64::from(limit)).contains(&number) {
             return Ok(number as u32);
@@ -95,10 +95,10 @@ impl Interpreter {
 
     /// Coordinate of an address.
     #[inline]
-    fn coordinate(&self, value: &Value, span: Span) -> Result<Coordinate, Fault> {
+    fn coordinate(&self, value: &AddressValue, span: Span) -> Result<Coordinate, Fault> {
         match value {
-            Value::Number(value) => Ok(Coordinate { value: *value, reference: Reference::Modal }),
-            Value::Expr(expr) => self.coordinate_of(expr, span),
+            AddressValue::Number(value) => Ok(Coordinate { value: *value, reference: Reference::Modal }),
+            AddressValue::Expr(expr) => self.coordinate_of(expr, span),
         }
     }
 
@@ -125,7 +125,14 @@ impl Interpreter {
         Ok(Coordinate { value: self.variables.number(expr, span)?, reference: Reference::Modal })
     }
 
-    fn address(&mut self, p: &mut Pending, letter: u8, value: &Value, span: Span, line: &str) -> Result<(), Fault> {
+    fn address(
+        &mut self,
+        p: &mut Pending,
+        letter: u8,
+        value: &AddressValue,
+        span: Span,
+        line: &str,
+    ) -> Result<(), Fault> {
         let character = char::from(letter);
         if let Some(axis) = AxisValues::index(character) {
             set_once(p.axes[axis].is_some(), character, span)?;
@@ -167,7 +174,7 @@ impl Interpreter {
         p: &mut Pending,
         letter: u8,
         extension: u32,
-        value: &Value,
+        value: &AddressValue,
         span: Span,
         line: &str,
     ) -> Result<(), Fault> {
@@ -218,10 +225,10 @@ impl Interpreter {
         Ok(())
     }
 
-    fn tool_name(&self, value: &Value, span: Span) -> Result<ToolName, Fault> {
+    fn tool_name(&self, value: &AddressValue, span: Span) -> Result<ToolName, Fault> {
         let value = match value {
-            Value::Number(number) => Val::Number(*number),
-            Value::Expr(expr) => self.variables.eval(expr, span)?,
+            AddressValue::Number(number) => Val::Number(*number),
+            AddressValue::Expr(expr) => self.variables.eval(expr, span)?,
         };
         match value {
             Val::Text(name) if name.trim().is_empty() || name.trim() == "0" => Ok(ToolName::Empty),
@@ -235,7 +242,7 @@ impl Interpreter {
         }
     }
 
-    fn g_word(&mut self, p: &mut Pending, value: &Value, span: Span) -> Result<(), Fault> {
+    fn g_word(&mut self, p: &mut Pending, value: &AddressValue, span: Span) -> Result<(), Fault> {
         let code = self.integer('G', value, 9999, span)?;
         if let Some((at, listed)) = self.settings.control.words.g(code * 10) {
             let listed = listed.clone();
@@ -470,12 +477,12 @@ fn unknown_word(span: Span, line: &str) -> Fault {
 pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
     let span = word.span;
     let listed = match &word.kind {
-        WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) }
+        WordKind::Address { letter: b'G', extension: None, value: AddressValue::Number(code) }
             if (0.0..G_LISTED).contains(code) =>
         {
             control.words.g(*code as u32 * 10)
         }
-        WordKind::Address { letter: b'M', extension: None | Some(1), value: Value::Number(code) }
+        WordKind::Address { letter: b'M', extension: None | Some(1), value: AddressValue::Number(code) }
             if (0.0..M_LISTED).contains(code) =>
         {
             let code = *code as u32;
@@ -492,7 +499,7 @@ pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
         return Some(refused_by(control, &listed.word, span, remedy));
     }
     match &word.kind {
-        WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) } => {
+        WordKind::Address { letter: b'G', extension: None, value: AddressValue::Number(code) } => {
             let known = does_g(*code as i64);
             if known || *code < 0.0 || code.fract() != 0.0 || words::is_noted_g(*code as u32) {
                 return None;
@@ -514,7 +521,7 @@ pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
 /// A word defined neither by the reader nor by the control file, and what the reader does with it.
 pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, &'static str)> {
     match &word.kind {
-        WordKind::Address { letter: b'G', extension: None, value: Value::Number(code) }
+        WordKind::Address { letter: b'G', extension: None, value: AddressValue::Number(code) }
             if (0.0..G_TOLD).contains(code) =>
         {
             let code = *code as u32;
@@ -524,7 +531,7 @@ pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, 
             let known = words::refused_g(code).is_some();
             Some((WordKey::G(code * 10), if known { "refused: not supported" } else { "refused: unknown" }))
         }
-        WordKind::Address { letter: b'M', extension: None | Some(1), value: Value::Number(code) }
+        WordKind::Address { letter: b'M', extension: None | Some(1), value: AddressValue::Number(code) }
             if (0.0..M_TOLD).contains(code) =>
         {
             let code = *code as u32;

@@ -4,9 +4,9 @@
 //! path of the tool center ([`crate::compensation`]). After Siemens, *NC programming,
 //! Fundamentals*, "Tool radius compensation".
 
-use super::interpreter::Interpreter;
 use super::modal::Compensation;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::compensation::FeedAt;
 use crate::diagnostic::{Fault, Span};

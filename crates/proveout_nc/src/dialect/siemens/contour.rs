@@ -11,10 +11,10 @@
 
 use std::sync::Arc;
 
-use super::interpreter::{CallLevel, Interpreter, Loaded, Siemens};
+use super::run_state::{CallLevel, Interpreter, Loaded, Siemens};
 use crate::channel::Language;
-use crate::channel::Section;
-use crate::channel::corners::Cornering;
+use crate::channel::ProgramSection;
+use crate::channel::corners::CornerLanguage;
 use crate::channel::doubt::Stage;
 use crate::channel::shape::{Leg, Pass, Point};
 use crate::codes;
@@ -26,13 +26,6 @@ use crate::{Command, Feed, Op};
 const MAX_BLOCKS: usize = 20_000;
 /// Ends closer than this are one point, mm.
 const SAME_MM: f64 = 1e-9;
-
-/// A contour, by the cycle that calls it.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Named {
-    Program(String),
-    Labels(String, String),
-}
 
 impl Named {
     /// `"PART"` or `"FIRST:LAST"`.
@@ -98,7 +91,7 @@ impl Interpreter {
         }
     }
 
-    fn section_of(&mut self, named: &Named, span: Span) -> Result<(Arc<Loaded>, Section), Fault> {
+    fn section_of(&mut self, named: &Named, span: Span) -> Result<(Arc<Loaded>, ProgramSection), Fault> {
         let (first, last) = match named {
             Named::Program(name) => {
                 if let Some(found) = self.find_subprogram(name, span)? {
@@ -127,7 +120,7 @@ impl Interpreter {
             .find_target(&loaded, from, &last, true)
             .ok_or_else(|| missing(&format!("there is no label {last} after {first}")))?;
         let end = loaded.source.line(to).map_or(to, |(_, next)| next).offset;
-        Ok((loaded, Section { start: from, end }))
+        Ok((loaded, ProgramSection { start: from, end }))
     }
 
     /// The path of a contour in the working plane, work coordinates. The state of the program does

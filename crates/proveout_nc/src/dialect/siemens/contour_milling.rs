@@ -12,8 +12,8 @@
 //! "Programming cycles externally" (places of the arguments up to LP2 and digits of VARI). DMODE and AMODE from memory. The contour
 //! is given with cutter compensation on, as under G41 and G42, so that its corners are those of the control.
 
-use super::interpreter::Interpreter;
 use super::milling::{LEAST_SHARE_MM, share};
+use super::run_state::Interpreter;
 use crate::channel::milling::{self, Heights};
 use crate::channel::shape::{Leg, Pass, Place, Point};
 use crate::codes;

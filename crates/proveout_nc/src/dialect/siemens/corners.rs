@@ -1,8 +1,8 @@
 //! Chamfers and roundings of an 840D: CHF=, CHR=, RND=, RNDM=, FRC=, FRCM=. The pieces are made in
 //! [`crate::channel::corners`].
 
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::channel::corners::{CornerKind, CornerMark};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

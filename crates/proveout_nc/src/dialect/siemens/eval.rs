@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::expr::Expr;
 use super::parser::Type;
-use crate::channel::expression::{self, Function, Indexed, Operator, apply, arithmetic, combine, truth};
+use crate::channel::expression::{self, Function, IndexedParameter, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};
 
@@ -171,7 +171,7 @@ impl Variables {
         Ok(match expr {
             Expr::Number(value) => Val::Number(*value),
             Expr::Text(text) => Val::Text(text.clone()),
-            Expr::Param(Indexed(index)) => {
+            Expr::Param(IndexedParameter(index)) => {
                 let index = param_index(self.number(index, span)?, span)?;
                 Val::Number(*self.params.get(&index).ok_or_else(|| {
                     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("R{index} is read and was never assigned"))

@@ -5,7 +5,7 @@
 //! A chain of comparisons, which `IF R1==1 AND R2==2` is under these rules, is refused: it is never
 //! intended.
 
-use crate::channel::expression::{self, Function, Indexed, Operator};
+use crate::channel::expression::{self, Function, IndexedParameter, Operator};
 use crate::channel::formula::{self, Formulas, Grammar};
 use crate::codes;
 use crate::diagnostic::Fault;
@@ -14,7 +14,7 @@ use crate::scan::Scanner;
 pub(crate) use crate::channel::formula::close;
 
 /// An expression of the 840D language.
-pub(crate) type Expr = expression::Expr<Indexed>;
+pub(crate) type Expr = expression::Expr<IndexedParameter>;
 
 const MULTIPLY: u8 = 10;
 const COMPARISON: u8 = 1;
@@ -55,7 +55,7 @@ static GRAMMAR: Grammar = Grammar {
 };
 
 impl<'a> Formulas<'a> for Scanner<'a> {
-    type Param = Indexed;
+    type Param = IndexedParameter;
 
     fn grammar(&self) -> &'static Grammar {
         &GRAMMAR
@@ -151,13 +151,13 @@ fn named(s: &mut Scanner<'_>, depth: u32) -> Result<Expr, Fault> {
                 Fault::new(codes::BAD_VALUE, s.span_from(start), "the R parameter number is too large")
                     .help("use R0 to R999999999")
             })?;
-            return Ok(Indexed::expr(Expr::Number(f64::from(index))));
+            return Ok(IndexedParameter::expr(Expr::Number(f64::from(index))));
         }
         if s.peek_at(1) == b'[' {
             s.set_pos(s.pos() + 2);
             let index = formula::formula(s, depth + 1)?;
             close(s, b']', start)?;
-            return Ok(Indexed::expr(index));
+            return Ok(IndexedParameter::expr(index));
         }
     }
     let name = s.identifier().to_ascii_uppercase();

@@ -1,7 +1,7 @@
 //! FGROUP and FGREF: which axes the feed counts, and at which radius a rotary axis counts.
 
 use super::expr::Expr;
-use super::interpreter::Interpreter;
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{AXIS_LETTERS, FeedCounts};

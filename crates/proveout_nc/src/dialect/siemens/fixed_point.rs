@@ -13,8 +13,8 @@
 //! a note, as G28 does.
 
 use super::block::LINEAR;
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::{AxisValues, Offset, Op};

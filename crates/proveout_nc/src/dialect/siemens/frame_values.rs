@@ -5,7 +5,7 @@
 //! base frame in force and act at once; `$P_ACTFRAME` is their chain. Components: `TR` translation, `RT` rotation (RPY).
 
 use super::expr::Expr;
-use super::interpreter::Interpreter;
+use super::run_state::Interpreter;
 use crate::AxisValues;
 use crate::channel::expression::Operator;
 use crate::codes;

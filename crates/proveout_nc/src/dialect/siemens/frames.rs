@@ -9,9 +9,9 @@
 //! Z, the new Y, the newest X (Siemens, *NC programming*, "Programmable rotation", RPY, the standard setting of MD10600).
 
 use super::eval::Val;
-use super::interpreter::{Interpreter, Siemens};
 use super::parser::Call;
 use super::pending::{FrameWord, Pending};
+use super::run_state::{Interpreter, Siemens};
 use crate::channel::Language;
 use crate::codes;
 use crate::cycle::Values;

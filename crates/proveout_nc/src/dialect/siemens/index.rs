@@ -6,8 +6,8 @@
 
 use std::collections::BTreeMap;
 
-use super::parser::{self, Block, Statement};
-use crate::channel::Section;
+use super::parser::{self, SiemensBlock, SiemensStatement};
+use crate::channel::ProgramSection;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 use crate::scan::Scanner;
@@ -15,7 +15,7 @@ use crate::source::{Mark, Source};
 
 /// A stretch of the text: a program or subprogram.
 #[derive(Clone, Debug)]
-pub(crate) struct Part {
+pub(crate) struct ProgramPart {
     /// First line, and the line after the last.
     pub(crate) lines: [u32; 2],
     pub(crate) name: Option<String>,
@@ -25,13 +25,13 @@ pub(crate) struct Part {
 
 #[derive(Debug)]
 pub(crate) struct Index {
-    pub(crate) main: Section,
+    pub(crate) main: ProgramSection,
     /// All of the text, in order.
-    pub(crate) parts: Vec<Part>,
+    pub(crate) parts: Vec<ProgramPart>,
     /// A PROC line cannot be read: a subprogram that seems to be missing may be this one.
     pub(crate) unreadable: bool,
     /// Further programs of the same file, by upper-case name.
-    pub(crate) procs: BTreeMap<String, Section>,
+    pub(crate) procs: BTreeMap<String, ProgramSection>,
     /// From the offset of a line to the line that belongs to it: IF to ELSE or ENDIF, ELSE to ENDIF, the opening word of a
     /// loop to its end and back.
     pub(crate) partners: BTreeMap<usize, Mark>,
@@ -39,7 +39,7 @@ pub(crate) struct Index {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Open {
+enum OpenStructure {
     If,
     Else,
     For,
@@ -48,7 +48,7 @@ enum Open {
     Loop,
 }
 
-impl Open {
+impl OpenStructure {
     fn word(self) -> &'static str {
         match self {
             Self::If => "IF",
@@ -72,14 +72,14 @@ impl Open {
 }
 
 /// What the head of a line says about structure.
-struct Head<'a> {
+struct LineHead<'a> {
     label: Option<&'a str>,
     /// First word when it is longer than an address letter; empty otherwise.
     word: &'a str,
     word_span: Span,
 }
 
-fn head(line: &str) -> Option<Head<'_>> {
+fn head(line: &str) -> Option<LineHead<'_>> {
     let mut s = Scanner::new(line);
     s.skip_blanks();
     if s.take(b'/') {
@@ -98,7 +98,7 @@ fn head(line: &str) -> Option<Head<'_>> {
         let long = (s.peek().is_ascii_alphabetic() || s.peek() == b'_')
             && matches!(s.peek_at(1), b'A'..=b'Z' | b'a'..=b'z' | b'_' | b'0'..=b'9');
         if !long {
-            return label.map(|label| Head { label: Some(label), word: "", word_span: Span::default() });
+            return label.map(|label| LineHead { label: Some(label), word: "", word_span: Span::default() });
         }
         let start = s.pos();
         let word = s.identifier();
@@ -108,7 +108,7 @@ fn head(line: &str) -> Option<Head<'_>> {
             s.skip_blanks();
             continue;
         }
-        return Some(Head { label, word, word_span: s.span_from(start) });
+        return Some(LineHead { label, word, word_span: s.span_from(start) });
     }
 }
 
@@ -123,15 +123,15 @@ impl Index {
     /// Reads the structure of a file; faults of structure are added to the list.
     pub(crate) fn new(source: &Source, faults: &mut Vec<Diagnostic>) -> Self {
         let mut index = Self {
-            main: Section { start: Mark::START, end: source.text.len() },
+            main: ProgramSection { start: Mark::START, end: source.text.len() },
             parts: Vec::new(),
             unreadable: false,
             procs: BTreeMap::new(),
             partners: BTreeMap::new(),
             labels: BTreeMap::new(),
         };
-        let mut open: Vec<(Open, Mark, Span)> = Vec::new();
-        let mut block = Block::default();
+        let mut open: Vec<(OpenStructure, Mark, Span)> = Vec::new();
+        let mut block = SiemensBlock::default();
         let (mut at, mut name, mut start) = (Mark::START, None::<String>, Mark::START);
         let (mut seen_code, mut subprogram) = (false, false);
         while let Some((line, next)) = source.line(at) {
@@ -142,7 +142,7 @@ impl Index {
             if header.is_some() || proc {
                 let new_name = header.or_else(|| match parser::parse_line(line, &mut block) {
                     Ok(()) => match &block.statement {
-                        Some(Statement::Proc { name, .. }) => Some(name.clone()),
+                        Some(SiemensStatement::Proc { name, .. }) => Some(name.clone()),
                         _ => None,
                     },
                     Err(_) => {
@@ -185,7 +185,7 @@ impl Index {
         subprogram: bool,
         start: Mark,
         end: Mark,
-        open: &mut Vec<(Open, Mark, Span)>,
+        open: &mut Vec<(OpenStructure, Mark, Span)>,
         faults: &mut Vec<Diagnostic>,
     ) {
         for (kind, mark, span) in open.drain(..) {
@@ -194,11 +194,11 @@ impl Index {
                 .help(format!("write {} where it ends", kind.end_word()));
             faults.push(fault.at(&source.name, mark.line, line));
         }
-        let section = Section { start, end: end.offset };
+        let section = ProgramSection { start, end: end.offset };
         if self.parts.is_empty() {
             self.main = section;
         }
-        self.parts.push(Part { lines: [start.line, end.line], name: name.clone(), subprogram });
+        self.parts.push(ProgramPart { lines: [start.line, end.line], name: name.clone(), subprogram });
         if let Some(name) = name {
             self.procs.entry(name).or_insert(section);
         }
@@ -210,9 +210,9 @@ impl Index {
         source: &Source,
         line: &str,
         at: Mark,
-        head: &Head<'_>,
-        open: &mut Vec<(Open, Mark, Span)>,
-        block: &mut Block,
+        head: &LineHead<'_>,
+        open: &mut Vec<(OpenStructure, Mark, Span)>,
+        block: &mut SiemensBlock,
         faults: &mut Vec<Diagnostic>,
     ) {
         // An address letter with its number has no structural meaning.
@@ -221,25 +221,25 @@ impl Index {
         }
         let word = head.word.to_ascii_uppercase();
         let kind = match word.as_str() {
-            "IF" => Open::If,
-            "FOR" => Open::For,
-            "WHILE" => Open::While,
-            "REPEAT" => Open::Repeat,
-            "LOOP" => Open::Loop,
+            "IF" => OpenStructure::If,
+            "FOR" => OpenStructure::For,
+            "WHILE" => OpenStructure::While,
+            "REPEAT" => OpenStructure::Repeat,
+            "LOOP" => OpenStructure::Loop,
             "ELSE" | "ENDIF" | "ENDFOR" | "ENDWHILE" | "UNTIL" | "ENDLOOP" => {
-                let matches = |open: Open| match word.as_str() {
-                    "ELSE" => open == Open::If,
+                let matches = |open: OpenStructure| match word.as_str() {
+                    "ELSE" => open == OpenStructure::If,
                     end => open.end_word() == end,
                 };
                 match open.last().copied() {
                     Some((kind, mark, _)) if matches(kind) => {
                         open.pop();
                         self.partners.insert(mark.offset, at);
-                        if !matches!(kind, Open::If | Open::Else) {
+                        if !matches!(kind, OpenStructure::If | OpenStructure::Else) {
                             self.partners.insert(at.offset, mark);
                         }
                         if word == "ELSE" {
-                            open.push((Open::Else, at, head.word_span));
+                            open.push((OpenStructure::Else, at, head.word_span));
                         }
                     }
                     last => {
@@ -258,10 +258,10 @@ impl Index {
         };
         // IF with a jump and REPEAT with a label are complete by themselves. A line with a fault of
         // its own is reported when it is read; its jump word shows whether it opens something.
-        let complete = matches!(kind, Open::If | Open::Repeat)
+        let complete = matches!(kind, OpenStructure::If | OpenStructure::Repeat)
             && match parser::parse_line(line, block) {
-                Ok(()) => !matches!(block.statement, Some(Statement::If(_) | Statement::Repeat)),
-                Err(_) if kind == Open::If => line.to_ascii_uppercase().contains("GOTO"),
+                Ok(()) => !matches!(block.statement, Some(SiemensStatement::If(_) | SiemensStatement::Repeat)),
+                Err(_) if kind == OpenStructure::If => line.to_ascii_uppercase().contains("GOTO"),
                 // A label after it.
                 Err(_) => {
                     let rest = line.get(head.word_span.end as usize..).unwrap_or_default();
@@ -274,7 +274,7 @@ impl Index {
     }
 
     /// The nearest line of the section with this label, after a line (`forward`) or before it.
-    pub(crate) fn label(&self, name: &str, section: Section, from: usize, forward: bool) -> Option<Mark> {
+    pub(crate) fn label(&self, name: &str, section: ProgramSection, from: usize, forward: bool) -> Option<Mark> {
         let marks = self.labels.get(name)?;
         let inside = |m: &&Mark| m.offset >= section.start.offset && m.offset < section.end;
         if forward {
@@ -288,7 +288,7 @@ impl Index {
 /// The line with this block number, searched from a line on in one direction.
 pub(crate) fn find_block_number(
     source: &Source,
-    section: Section,
+    section: ProgramSection,
     number: u32,
     from: Mark,
     forward: bool,

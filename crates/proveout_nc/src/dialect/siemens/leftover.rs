@@ -2,11 +2,11 @@
 //! program.
 
 use super::expr::Expr;
-use super::interpreter::{Interpreter, Loaded};
-use super::parser::{self, Block, Jump, Statement, Value, WordKind};
+use super::parser::{self, AddressValue, Jump, SiemensBlock, SiemensStatement, WordKind};
+use super::run_state::{Interpreter, Loaded};
 use super::words::{self, Class};
 use crate::AxisValues;
-use crate::channel::coverage::{Flow, Layout, Role, Stretch};
+use crate::channel::coverage::{Flow, Layout, LineRole, LineStretch};
 use crate::not_run::{NotRun, NotRunKind};
 use crate::source::{Mark, Source};
 
@@ -23,7 +23,7 @@ pub(super) fn not_run(channel: &Interpreter) -> Vec<NotRun> {
         let parts = loaded.index.parts.iter().map(|part| {
             let name = part.name.clone().unwrap_or_else(|| "without a name".to_owned());
             let kind = if part.subprogram { NotRunKind::Subprogram(name) } else { NotRunKind::Program(name) };
-            Stretch { lines: part.lines, kind }
+            LineStretch { lines: part.lines, kind }
         });
         let layout = Layout {
             source: &loaded.source,
@@ -43,7 +43,7 @@ struct Targets(Option<Vec<String>>);
 impl Targets {
     fn of(source: &Source) -> Self {
         let mut names = Vec::new();
-        let (mut block, mut at) = (Block::default(), Mark::START);
+        let (mut block, mut at) = (SiemensBlock::default(), Mark::START);
         while let Some((line, next)) = source.line(at) {
             at = next;
             // Plain blocks contain none of the words.
@@ -63,11 +63,11 @@ impl Targets {
                 _ => false,
             };
             let known = match &block.statement {
-                Some(Statement::Goto(jump) | Statement::IfGoto(_, jump)) => take(jump),
-                Some(Statement::Case { branches, default, .. }) => {
+                Some(SiemensStatement::Goto(jump) | SiemensStatement::IfGoto(_, jump)) => take(jump),
+                Some(SiemensStatement::Case { branches, default, .. }) => {
                     branches.iter().map(|(_, jump)| jump).chain(default).all(take)
                 }
-                Some(Statement::RepeatLabel { first, last, .. }) => {
+                Some(SiemensStatement::RepeatLabel { first, last, .. }) => {
                     names.push(first.clone());
                     names.extend(last.clone());
                     true
@@ -86,43 +86,54 @@ impl Targets {
     }
 }
 
-fn role(line: &str, _: Mark, targets: &Targets) -> Role {
-    let mut block = Block::default();
+fn role(line: &str, _: Mark, targets: &Targets) -> LineRole {
+    let mut block = SiemensBlock::default();
     if parser::parse_line(line, &mut block).is_err() {
         // Faults are reported separately.
-        return Role { code: !line.trim().is_empty(), ..Role::default() };
+        return LineRole { code: !line.trim().is_empty(), ..LineRole::default() };
     }
     let named = block.label.as_ref().is_some_and(|label| targets.holds(label))
         || block.number.is_some_and(|number| targets.holds(&format!("N{number}")));
     let flow = match &block.statement {
-        Some(Statement::If(_) | Statement::For { .. } | Statement::While(_) | Statement::Repeat | Statement::Loop) => {
-            Flow::Opens
-        }
-        Some(Statement::Else) => Flow::Between,
-        Some(Statement::EndIf | Statement::EndFor | Statement::EndWhile | Statement::Until(_) | Statement::EndLoop) => {
-            Flow::Closes
-        }
+        Some(
+            SiemensStatement::If(_)
+            | SiemensStatement::For { .. }
+            | SiemensStatement::While(_)
+            | SiemensStatement::Repeat
+            | SiemensStatement::Loop,
+        ) => Flow::Opens,
+        Some(SiemensStatement::Else) => Flow::Between,
+        Some(
+            SiemensStatement::EndIf
+            | SiemensStatement::EndFor
+            | SiemensStatement::EndWhile
+            | SiemensStatement::Until(_)
+            | SiemensStatement::EndLoop,
+        ) => Flow::Closes,
         _ if named => Flow::Target,
         _ => Flow::On,
     };
     let end = |kind: &WordKind| {
-        matches!(kind, WordKind::Address { letter: b'M', extension: None, value: Value::Number(2.0 | 17.0 | 30.0) })
+        matches!(
+            kind,
+            WordKind::Address { letter: b'M', extension: None, value: AddressValue::Number(2.0 | 17.0 | 30.0) }
+        )
     };
     let code = match &block.statement {
         None => !block.words.iter().all(|word| end(&word.kind)),
         Some(
-            Statement::Proc { .. }
-            | Statement::Extern
-            | Statement::Return
-            | Statement::EndIf
-            | Statement::EndFor
-            | Statement::EndWhile
-            | Statement::EndLoop
-            | Statement::Else,
+            SiemensStatement::Proc { .. }
+            | SiemensStatement::Extern
+            | SiemensStatement::Return
+            | SiemensStatement::EndIf
+            | SiemensStatement::EndFor
+            | SiemensStatement::EndWhile
+            | SiemensStatement::EndLoop
+            | SiemensStatement::Else,
         ) => false,
         Some(_) => true,
     };
-    let moves = matches!(block.statement, Some(Statement::CallText(_) | Statement::RepeatLabel { .. }))
+    let moves = matches!(block.statement, Some(SiemensStatement::CallText(_) | SiemensStatement::RepeatLabel { .. }))
         || block.words.iter().any(|word| match &word.kind {
             WordKind::Address { letter: b'L', extension: None, .. } => true,
             WordKind::Address { letter, extension: None | Some(2 | 3), .. } => {
@@ -134,7 +145,7 @@ fn role(line: &str, _: Mark, targets: &Targets) -> Role {
             }
             WordKind::Address { .. } => false,
         });
-    Role { code, moves, flow }
+    LineRole { code, moves, flow }
 }
 
 /// Names that the reader does not execute as words of its own: cycles and subprograms.

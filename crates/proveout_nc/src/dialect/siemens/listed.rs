@@ -1,11 +1,12 @@
 //! Words defined by a control file.
 
 use super::block::is_function;
-use super::interpreter::{Interpreter, missing_subprogram};
+use super::interpreter::missing_subprogram;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::control::Meaning;
-use crate::control::words::{Builtin, Listed};
+use crate::control::words::{Builtin, ListedWord};
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::listed::{refused_by, unlisted};
 
@@ -28,7 +29,13 @@ impl Interpreter {
     }
 
     /// Collects a word of the control file.
-    pub(super) fn listed_word(&mut self, p: &mut Pending, at: usize, listed: &Listed, span: Span) -> Result<(), Fault> {
+    pub(super) fn listed_word(
+        &mut self,
+        p: &mut Pending,
+        at: usize,
+        listed: &ListedWord,
+        span: Span,
+    ) -> Result<(), Fault> {
         match &listed.meaning {
             Meaning::Does(words) => {
                 for word in words {

@@ -37,6 +37,7 @@ mod parser;
 mod pending;
 mod polar;
 mod recover;
+mod run_state;
 mod slots;
 mod splines;
 mod statement;
@@ -53,7 +54,7 @@ mod words;
 use std::path::PathBuf;
 
 use super::Reader;
-use super::listed::{Unlisted, each_line};
+use super::listed::{UnlistedWords, each_line};
 use crate::control::words::Builtin;
 use crate::diagnostic::{Diagnostic, Fault};
 use crate::settings::Settings;
@@ -74,7 +75,7 @@ pub(crate) fn open(source: Source, folder: Option<PathBuf>, settings: &Settings)
 
 /// Words defined neither by the reader nor by the control file. Names that are not words of the
 /// reader may be subprograms: they are reported when they are run.
-pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut Unlisted<'_>) {
+pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut UnlistedWords<'_>) {
     each_line(source, parser::parse_line, |at, line, block| {
         let unlisted =
             |word: &parser::Word| block::unlisted_word(word, &settings.control).map(|(key, now)| (key, word.span, now));
@@ -85,7 +86,7 @@ pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut U
 /// All faults of single lines: grammar, and words that are refused in any context.
 pub(crate) fn line_faults(source: &Source, settings: &Settings) -> Vec<Diagnostic> {
     let mut faults = Vec::new();
-    each_line(source, parser::parse_line, |at, line, block: Result<&parser::Block, Fault>| {
+    each_line(source, parser::parse_line, |at, line, block: Result<&parser::SiemensBlock, Fault>| {
         let refused = |word| block::refused_word(word, &settings.control);
         let of_line = block.map_or_else(|fault| vec![fault], |b| b.words.iter().filter_map(refused).collect());
         faults.extend(of_line.into_iter().map(|fault| fault.at(&source.name, at.line, line)));

@@ -1,6 +1,6 @@
 //! What stays in force from block to block.
 
-use crate::compensation::{Beyond, CompStyle, Corner, Entry, FeedAt};
+use crate::compensation::{Beyond, CompStyle, ContourEntry, FeedAt, OutsideCorner};
 use crate::control::{Control, OrientationAngles, StartFeed, StartMotion};
 use crate::frame::Frame;
 use crate::{CompSide, OrientationInterpolation, PathMode};
@@ -135,8 +135,8 @@ impl Compensation {
     pub(crate) const RESET: Self = Self {
         side: CompSide::Off,
         style: CompStyle {
-            corner: Corner::Arc,
-            entry: Entry::Perpendicular,
+            corner: OutsideCorner::Arc,
+            entry: ContourEntry::Perpendicular,
             feed: FeedAt::Contour,
             follow_contour: false,
             look_ahead: 1,
@@ -147,11 +147,11 @@ impl Compensation {
     };
 
     /// G450, G451.
-    pub(crate) fn corner(code: u32) -> Corner {
+    pub(crate) fn corner(code: u32) -> OutsideCorner {
         if code == 450 {
-            Corner::Arc
+            OutsideCorner::Arc
         } else {
-            Corner::Intersection { limit: Self::CORNER_LIMIT_DEG.to_radians(), beyond: Beyond::Arc }
+            OutsideCorner::Intersection { limit: Self::CORNER_LIMIT_DEG.to_radians(), beyond: Beyond::Arc }
         }
     }
 }

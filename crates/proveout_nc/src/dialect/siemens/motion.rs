@@ -1,8 +1,8 @@
 //! Motions of a block: straight, circular, in machine coordinates.
 
-use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{Coordinate, Pending, Reference};
+use super::run_state::Interpreter;
 use crate::channel::parameters::turn_up;
 use crate::channel::{finite, unknown_axes};
 use crate::codes;

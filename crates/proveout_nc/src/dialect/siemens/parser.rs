@@ -8,13 +8,13 @@ use crate::scan::Scanner;
 
 /// A block as written. Reused from line to line, so that plain blocks allocate nothing.
 #[derive(Debug, Default)]
-pub(crate) struct Block {
+pub(crate) struct SiemensBlock {
     /// Level of `/`, if the block can be skipped.
     pub(crate) skip: Option<u8>,
     pub(crate) number: Option<u32>,
     pub(crate) label: Option<String>,
     pub(crate) words: Vec<Word>,
-    pub(crate) statement: Option<Statement>,
+    pub(crate) statement: Option<SiemensStatement>,
     /// From the first word to the end of the last.
     pub(crate) span: Span,
 }
@@ -28,7 +28,7 @@ pub(crate) struct Word {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum WordKind {
     /// `X10`, `X=R1`, `A3=0.5` (extension 3), `R10=5`.
-    Address { letter: u8, extension: Option<u32>, value: Value },
+    Address { letter: u8, extension: Option<u32>, value: AddressValue },
     /// `_VAR=5`, `CR=10`, `$P_UIFR[1,X,TR]=3`, `R[5]=1`.
     Assign { name: String, indices: Vec<Expr>, value: Expr },
     /// `TRAORI`.
@@ -38,7 +38,7 @@ pub(crate) enum WordKind {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Value {
+pub(crate) enum AddressValue {
     Number(f64),
     Expr(Box<Expr>),
 }
@@ -96,7 +96,7 @@ pub(crate) struct Parameter {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Statement {
+pub(crate) enum SiemensStatement {
     If(Expr),
     IfGoto(Expr, Jump),
     Else,
@@ -145,7 +145,7 @@ pub(crate) enum Statement {
     CallText(Expr),
 }
 
-impl Block {
+impl SiemensBlock {
     fn clear(&mut self) {
         self.skip = None;
         self.number = None;
@@ -157,7 +157,7 @@ impl Block {
 
     /// Addresses that take only numbers.
     pub(crate) fn is_plain(&self) -> bool {
-        let plain = |word: &Word| matches!(word.kind, WordKind::Address { value: Value::Number(_), .. });
+        let plain = |word: &Word| matches!(word.kind, WordKind::Address { value: AddressValue::Number(_), .. });
         self.statement.is_none() && self.words.iter().all(plain)
     }
 
@@ -167,11 +167,11 @@ impl Block {
 }
 
 /// Reads a line into the block.
-pub(crate) fn parse_line(line: &str, block: &mut Block) -> Result<(), Fault> {
+pub(crate) fn parse_line(line: &str, block: &mut SiemensBlock) -> Result<(), Fault> {
     read_line(line, block).map_err(|fault| if fault.code == codes::SYNTAX { told(fault, line, SIEMENS) } else { fault })
 }
 
-fn read_line(line: &str, block: &mut Block) -> Result<(), Fault> {
+fn read_line(line: &str, block: &mut SiemensBlock) -> Result<(), Fault> {
     block.clear();
     let mut s = Scanner::new(line);
     head(&mut s, block)?;
@@ -200,7 +200,7 @@ fn read_line(line: &str, block: &mut Block) -> Result<(), Fault> {
 }
 
 /// Program header lines, `/`, block number and label.
-fn head(s: &mut Scanner<'_>, block: &mut Block) -> Result<(), Fault> {
+fn head(s: &mut Scanner<'_>, block: &mut SiemensBlock) -> Result<(), Fault> {
     s.skip_blanks();
     if s.peek() == b'%' {
         // `%_N_NAME_MPF` of an archive: found by the index of the file, nothing to execute.
@@ -254,7 +254,7 @@ fn is_letter(byte: u8) -> bool {
     byte.is_ascii_alphabetic() || byte == b'_'
 }
 
-fn word(s: &mut Scanner<'_>, block: &mut Block) -> Result<(), Fault> {
+fn word(s: &mut Scanner<'_>, block: &mut SiemensBlock) -> Result<(), Fault> {
     let start = s.pos();
     let first = s.peek();
     if !first.is_ascii_alphabetic() || is_letter(s.peek_at(1)) {
@@ -309,13 +309,13 @@ fn address(s: &mut Scanner<'_>, letter: u8, start: usize) -> Result<WordKind, Fa
         s.set_pos(before);
         return Err(no_value(s, start));
     }
-    Ok(WordKind::Address { letter, extension: None, value: Value::Number(expr::number(s)?) })
+    Ok(WordKind::Address { letter, extension: None, value: AddressValue::Number(expr::number(s)?) })
 }
 
-fn value(s: &mut Scanner<'_>) -> Result<Value, Fault> {
+fn value(s: &mut Scanner<'_>) -> Result<AddressValue, Fault> {
     Ok(match expr::expression(s)? {
-        Expr::Number(number) => Value::Number(number),
-        other => Value::Expr(Box::new(other)),
+        Expr::Number(number) => AddressValue::Number(number),
+        other => AddressValue::Expr(Box::new(other)),
     })
 }
 
@@ -325,7 +325,7 @@ fn no_value(s: &Scanner<'_>, start: usize) -> Fault {
         .help(format!("write for example {word}10 or {word}=R1"))
 }
 
-fn identifier_word(s: &mut Scanner<'_>, block: &mut Block) -> Result<(), Fault> {
+fn identifier_word(s: &mut Scanner<'_>, block: &mut SiemensBlock) -> Result<(), Fault> {
     let start = s.pos();
     let name = s.identifier().to_ascii_uppercase();
     if take_assign(s) {

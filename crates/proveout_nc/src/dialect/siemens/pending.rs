@@ -1,6 +1,5 @@
 //! The words of one block, sorted: what the block asks for, before anything is executed.
 
-use super::tool_frame::ToolFrame;
 use crate::diagnostic::Span;
 use crate::{CompSide, ToolName};
 
@@ -76,6 +75,36 @@ impl FrameWord {
 
     pub(crate) fn is_additive(self) -> bool {
         matches!(self, Self::ATrans | Self::ARot | Self::AScale | Self::AMirror)
+    }
+}
+
+/// What the words request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ToolFrame {
+    /// TOROT
+    Turned,
+    /// TOFRAME
+    AtTip,
+    /// TOROTOF, TOFRAMEOF
+    Off,
+}
+
+impl ToolFrame {
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "TOROT" | "TOROTZ" => Some(Self::Turned),
+            "TOFRAME" | "TOFRAMEZ" => Some(Self::AtTip),
+            "TOROTOF" | "TOFRAMEOF" => Some(Self::Off),
+            _ => None,
+        }
+    }
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Turned => "TOROT",
+            Self::AtTip => "TOFRAME",
+            Self::Off => "TOROTOF",
+        }
     }
 }
 

@@ -5,9 +5,9 @@
 //! a circle without center and radius runs about the pole. "Contour definitions": the angle of a straight line counts from the
 //! first axis of the plane too, and one coordinate of its end gives the other.
 
-use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{Coordinate, Pending, Reference};
+use super::run_state::Interpreter;
 use crate::AXIS_LETTERS;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

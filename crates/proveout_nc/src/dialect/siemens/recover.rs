@@ -1,10 +1,10 @@
 //! What a fault leaves in doubt on an 840D, and where the run continues after it.
 
 use super::index::Index;
-use super::interpreter::{Interpreter, Siemens};
-use super::parser::{Block, WordKind};
+use super::parser::{SiemensBlock, WordKind};
+use super::run_state::{Interpreter, Siemens};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{Failed, Salvage, TakenOut};
+use crate::channel::{FailedBlock, Salvage, TakenOut};
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Fault, Span};
 
@@ -40,7 +40,7 @@ pub(super) fn settle_doubt(channel: &mut Interpreter) {
 }
 
 /// Continues after the failed block; returns what is in doubt there.
-pub(super) fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Doubt {
+pub(super) fn go_on(channel: &mut Interpreter, failed: &FailedBlock<Index>) -> Doubt {
     match (failed.code, channel.recovery.faults.stage) {
         // Jumps and loops: the run continues with the next block.
         (_, stage) if is_flow(&failed.line) => {
@@ -64,11 +64,11 @@ pub(super) fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Doubt 
 }
 
 impl Salvage for Siemens {
-    fn touching(block: &Block, byte: u32) -> Option<u32> {
+    fn touching(block: &SiemensBlock, byte: u32) -> Option<u32> {
         block.words.iter().find(|word| word.span.end >= byte && word.span.start <= byte).map(|word| word.span.start)
     }
 
-    fn take_out(block: &mut Block, span: Span, executed: u32) -> TakenOut {
+    fn take_out(block: &mut SiemensBlock, span: Span, executed: u32) -> TakenOut {
         let before = block.words.len();
         let mut values = false;
         block.words.retain(|word| {
@@ -80,7 +80,7 @@ impl Salvage for Siemens {
         TakenOut { any: block.words.len() != before, values }
     }
 
-    fn execute(channel: &mut Interpreter, block: &Block, line: &str) -> Result<(), Fault> {
+    fn execute(channel: &mut Interpreter, block: &SiemensBlock, line: &str) -> Result<(), Fault> {
         channel.execute(block, line)
     }
 }

@@ -17,15 +17,15 @@
 //! program does not know one of the three, and the curve does not use it, the curve is emitted as
 //! chords of the other two: a Bezier curve needs all three.
 
-use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, SplineEnd, SplineKind};
-use super::parser::{Block, WordKind};
+use super::parser::{SiemensBlock, WordKind};
 use super::pending::Pending;
+use super::run_state::{Interpreter, SplineCurve, SplinePoint};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame;
 use crate::spline::{self, CHORD_TOLERANCE_MM, Homogeneous};
-use crate::{CompSide, Feed, Location, Motion, Op, SplineMotion};
+use crate::{CompSide, Motion, Op, SplineMotion};
 
 /// Most points of one curve.
 const MAX_POINTS: usize = 100_000;
@@ -40,39 +40,13 @@ const SAME_SLOPE: f64 = 1e-15;
 
 type Vector = [f64; 3];
 
-/// A point of a curve with the motion that its block would be.
-#[derive(Debug)]
-pub(crate) struct SplinePoint {
-    at: Vector,
-    weight: f64,
-    /// PL, where it is written.
-    interval: Option<f64>,
-    /// Its end along axes that the program does not know is not set.
-    motion: Motion,
-    feed: Option<Feed>,
-    location: Location,
-    span: Span,
-}
-
-/// A curve whose last point is not known yet.
-#[derive(Debug)]
-pub(crate) struct Curve {
-    kind: SplineKind,
-    /// SD when it began.
-    degree: usize,
-    start: Vector,
-    /// Direction of the motion before.
-    before: Option<Vector>,
-    points: Vec<SplinePoint>,
-}
-
 fn plus(a: Vector, b: Vector, by: f64) -> Vector {
     std::array::from_fn(|i| a[i] + by * b[i])
 }
 
 impl Interpreter {
     /// A block that is only a point of the curve: axes, F, PW, PL, SD.
-    fn is_point(block: &Block) -> bool {
+    fn is_point(block: &SiemensBlock) -> bool {
         block.statement.is_none()
             && block.words.iter().all(|word| match &word.kind {
                 WordKind::Address {
@@ -85,7 +59,7 @@ impl Interpreter {
 
     /// Before a block is executed: a curve ends if the block is more than a point. With ETAN it
     /// waits for the words of the block.
-    pub(super) fn curve_before(&mut self, block: &Block) -> Result<(), Fault> {
+    pub(super) fn curve_before(&mut self, block: &SiemensBlock) -> Result<(), Fault> {
         if self.own.curve.is_none() || Self::is_point(block) || self.modal.spline_end == SplineEnd::Tangent {
             return Ok(());
         }
@@ -93,7 +67,7 @@ impl Interpreter {
     }
 
     /// The direction in which ETAN continues: that of a straight block.
-    pub(super) fn curve_into(&mut self, p: &Pending, block: &Block, span: Span) -> Result<(), Fault> {
+    pub(super) fn curve_into(&mut self, p: &Pending, block: &SiemensBlock, span: Span) -> Result<(), Fault> {
         if self.own.curve.is_none() || Self::is_point(block) {
             return Ok(());
         }
@@ -149,7 +123,7 @@ impl Interpreter {
             return refused("a spline with G93", "write G94 before it");
         }
         let (before, degree) = (self.own.tangent, self.modal.spline_degree);
-        let fresh = || Box::new(Curve { kind, degree, start, before, points: Vec::new() });
+        let fresh = || Box::new(SplineCurve { kind, degree, start, before, points: Vec::new() });
         let curve = self.own.curve.get_or_insert_with(fresh);
         if curve.points.len() >= MAX_POINTS {
             return Err(Fault::new(codes::LOOP_LIMIT, span, format!("the spline has more than {MAX_POINTS} points"))
@@ -188,7 +162,7 @@ impl Interpreter {
         self.tell_feed();
     }
 
-    fn basis_spline(&mut self, curve: &Curve) -> Result<(), Fault> {
+    fn basis_spline(&mut self, curve: &SplineCurve) -> Result<(), Fault> {
         let degree = curve.degree;
         let count = curve.points.len();
         let last = &curve.points[count - 1];
@@ -252,7 +226,7 @@ impl Interpreter {
             let control_base = control.map(|p| self.position.point_in_base(p));
             self.own.tangent = frame::unit(frame::sub(to, second)).or(self.own.tangent);
             self.position.move_to(motion.end, motion.end_base);
-            <super::interpreter::Siemens as crate::channel::Language>::moving(self);
+            <super::run_state::Siemens as crate::channel::Language>::moving(self);
             self.emit(Op::Spline(SplineMotion { motion, control, control_base }));
             return Ok(0);
         }
@@ -286,7 +260,7 @@ impl Interpreter {
         motion
     }
 
-    fn spline_through(&mut self, kind: SplineKind, curve: &Curve, into: Option<Vector>) -> Result<(), Fault> {
+    fn spline_through(&mut self, kind: SplineKind, curve: &SplineCurve, into: Option<Vector>) -> Result<(), Fault> {
         let mut at = vec![curve.start];
         let mut of: Vec<&SplinePoint> = Vec::new();
         for point in &curve.points {
@@ -328,9 +302,9 @@ impl Interpreter {
             for (axis, column) in columns.iter_mut().enumerate() {
                 let values: Vec<f64> = at.iter().map(|p| p[axis]).collect();
                 let ends = [0, 1].map(|i| match (fixed[i], natural[i]) {
-                    (Some(direction), _) => End::Slope(direction[axis]),
-                    (None, true) => End::Natural,
-                    (None, false) => End::Free,
+                    (Some(direction), _) => EndSlope::Slope(direction[axis]),
+                    (None, true) => EndSlope::Natural,
+                    (None, false) => EndSlope::Free,
                 });
                 *column = if kind == SplineKind::Cubic {
                     cubic_slopes(&chord, &values, ends)
@@ -438,7 +412,7 @@ impl Interpreter {
 
 /// Condition at an end of a spline.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum End {
+enum EndSlope {
     Free,
     Natural,
     Slope(f64),
@@ -447,10 +421,10 @@ enum End {
 /// Slopes of the cubic spline through values at chord lengths `h` apart, continuous in the second
 /// derivative (C. de Boor, *A Practical Guide to Splines*, 1978, chapter IV): three in a row, and a
 /// condition at either end; not-a-knot where it is free.
-fn cubic_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
+fn cubic_slopes(h: &[f64], y: &[f64], ends: [EndSlope; 2]) -> Vec<f64> {
     let n = y.len();
     let d: Vec<f64> = (0..n - 1).map(|i| (y[i + 1] - y[i]) / h[i]).collect();
-    if n == 2 && ends == [End::Free; 2] {
+    if n == 2 && ends == [EndSlope::Free; 2] {
         return vec![d[0]; 2];
     }
     // Rows of lower, middle, upper, right; two points leave nothing free, three make a parabola.
@@ -458,20 +432,20 @@ fn cubic_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
     for i in 1..n - 1 {
         rows[i] = [h[i], 2.0 * (h[i - 1] + h[i]), h[i - 1], 3.0 * (h[i] * d[i - 1] + h[i - 1] * d[i])];
     }
-    let boundary = |end: End, h0: f64, h1: Option<f64>, d0: f64, d1: f64| -> [f64; 3] {
+    let boundary = |end: EndSlope, h0: f64, h1: Option<f64>, d0: f64, d1: f64| -> [f64; 3] {
         // Middle, neighbor, right.
         match (end, h1) {
-            (End::Slope(slope), _) => [1.0, 0.0, slope],
-            (End::Natural, _) => [2.0, 1.0, 3.0 * d0],
-            (End::Free, None) => [1.0, 1.0, 2.0 * d0],
-            (End::Free, Some(h1)) => {
+            (EndSlope::Slope(slope), _) => [1.0, 0.0, slope],
+            (EndSlope::Natural, _) => [2.0, 1.0, 3.0 * d0],
+            (EndSlope::Free, None) => [1.0, 1.0, 2.0 * d0],
+            (EndSlope::Free, Some(h1)) => {
                 let sum = h0 + h1;
                 [h1, sum, (h1 * (3.0 * h0 + 2.0 * h1) * d0 + h0 * h0 * d1) / sum]
             }
         }
     };
     // With three points both not-a-knot conditions are the same: a parabola.
-    let wide = |i: usize| (n > 3 || ends[1 - i] != End::Free).then_some(()).filter(|()| n > 2);
+    let wide = |i: usize| (n > 3 || ends[1 - i] != EndSlope::Free).then_some(()).filter(|()| n > 2);
     let [middle, neighbor, right] = boundary(ends[0], h[0], wide(0).map(|()| h[1]), d[0], d[1.min(n - 2)]);
     rows[0] = [0.0, middle, neighbor, right];
     let m = n - 1;
@@ -493,7 +467,7 @@ fn cubic_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
 
 /// Slopes of Akima's spline: between the chords before and after, each weighted by the change of
 /// direction beyond the other.
-fn akima_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
+fn akima_slopes(h: &[f64], y: &[f64], ends: [EndSlope; 2]) -> Vec<f64> {
     let n = y.len();
     let d: Vec<f64> = (0..n - 1).map(|i| (y[i + 1] - y[i]) / h[i]).collect();
     // Two chords are added at either end, on the parabola through the last three points.
@@ -511,7 +485,7 @@ fn akima_slopes(h: &[f64], y: &[f64], ends: [End; 2]) -> Vec<f64> {
     (0..n as i64)
         .map(|i| {
             let end = if i == 0 { Some(ends[0]) } else { (i == n as i64 - 1).then_some(ends[1]) };
-            if let Some(End::Slope(slope)) = end {
+            if let Some(EndSlope::Slope(slope)) = end {
                 return slope;
             }
             let (a, b, c, e) = (at(i - 2), at(i - 1), at(i), at(i + 1));
@@ -532,7 +506,11 @@ mod tests {
         let x = [0.0, 0.7, 2.0, 2.4, 5.0];
         let h: Vec<f64> = x.windows(2).map(|w| w[1] - w[0]).collect();
         let y: Vec<f64> = x.iter().map(|&x| f(x)).collect();
-        for ends in [[End::Free; 2], [End::Slope(g(0.0)), End::Free], [End::Slope(g(0.0)), End::Slope(g(5.0))]] {
+        for ends in [
+            [EndSlope::Free; 2],
+            [EndSlope::Slope(g(0.0)), EndSlope::Free],
+            [EndSlope::Slope(g(0.0)), EndSlope::Slope(g(5.0))],
+        ] {
             for (s, x) in cubic_slopes(&h, &y, ends).iter().zip(x) {
                 assert!((s - g(x)).abs() < 1e-9, "{ends:?} {x}: {s} {}", g(x));
             }
@@ -543,7 +521,7 @@ mod tests {
     fn natural_ends_have_no_curvature_and_curvature_is_continuous() {
         let h = [1.0, 0.5, 2.0];
         let y = [0.0, 3.0, -1.0, 4.0];
-        let s = cubic_slopes(&h, &y, [End::Natural; 2]);
+        let s = cubic_slopes(&h, &y, [EndSlope::Natural; 2]);
         let second = |i: usize, at_end: bool| {
             let d = (y[i + 1] - y[i]) / h[i];
             if at_end {
@@ -560,8 +538,8 @@ mod tests {
 
     #[test]
     fn few_points_make_a_line_and_a_parabola() {
-        assert_eq!(cubic_slopes(&[2.0], &[1.0, 5.0], [End::Free; 2]), [2.0, 2.0]);
-        let s = cubic_slopes(&[1.0, 2.0], &[0.0, 1.0, 9.0], [End::Free; 2]);
+        assert_eq!(cubic_slopes(&[2.0], &[1.0, 5.0], [EndSlope::Free; 2]), [2.0, 2.0]);
+        let s = cubic_slopes(&[1.0, 2.0], &[0.0, 1.0, 9.0], [EndSlope::Free; 2]);
         for (s, x) in s.iter().zip([0.0, 1.0, 3.0]) {
             assert!((s - 2.0 * x).abs() < 1e-12, "{s}");
         }
@@ -570,13 +548,13 @@ mod tests {
     #[test]
     fn akima_follows_lines_and_parabolas() {
         let h = [1.0; 5];
-        assert_eq!(akima_slopes(&h, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], [End::Free; 2]), [1.0; 6]);
+        assert_eq!(akima_slopes(&h, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0], [EndSlope::Free; 2]), [1.0; 6]);
         let y: Vec<f64> = (0..6).map(|x| f64::from(x * x)).collect();
-        for (x, s) in akima_slopes(&h, &y, [End::Free; 2]).iter().enumerate() {
+        for (x, s) in akima_slopes(&h, &y, [EndSlope::Free; 2]).iter().enumerate() {
             assert!((s - 2.0 * x as f64).abs() < 1e-12, "{x} {s}");
         }
         // A step: the flat pieces stay flat, as Akima's figure shows.
-        let s = akima_slopes(&h, &[0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [End::Free; 2]);
+        let s = akima_slopes(&h, &[0.0, 0.0, 0.0, 1.0, 1.0, 1.0], [EndSlope::Free; 2]);
         assert_eq!([s[0], s[1], s[2], s[3], s[4]], [0.0; 5]);
     }
 }

@@ -1,36 +1,36 @@
 //! Statements of the 840D language: definitions, control structures, jumps, calls.
 
 use super::expr::{self, Expr};
-use super::parser::{Call, Definition, Direction, Jump, Parameter, Statement, Type};
+use super::parser::{Call, Definition, Direction, Jump, Parameter, SiemensStatement, Type};
 use crate::codes;
 use crate::diagnostic::Fault;
 use crate::scan::Scanner;
 
 /// Reads the rest of a statement that begins with this word; none if no statement begins with it.
-pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result<Option<Statement>, Fault> {
+pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result<Option<SiemensStatement>, Fault> {
     Ok(Some(match name {
         "IF" => {
             let condition = expr::expression(s)?;
             match jump(s)? {
-                Some(jump) => Statement::IfGoto(condition, jump),
-                None => Statement::If(condition),
+                Some(jump) => SiemensStatement::IfGoto(condition, jump),
+                None => SiemensStatement::If(condition),
             }
         }
-        "ELSE" => Statement::Else,
-        "ENDIF" => Statement::EndIf,
+        "ELSE" => SiemensStatement::Else,
+        "ENDIF" => SiemensStatement::EndIf,
         "FOR" => for_loop(s, start)?,
-        "ENDFOR" => Statement::EndFor,
-        "WHILE" => Statement::While(expr::expression(s)?),
-        "ENDWHILE" => Statement::EndWhile,
-        "UNTIL" => Statement::Until(expr::expression(s)?),
-        "LOOP" => Statement::Loop,
-        "ENDLOOP" => Statement::EndLoop,
+        "ENDFOR" => SiemensStatement::EndFor,
+        "WHILE" => SiemensStatement::While(expr::expression(s)?),
+        "ENDWHILE" => SiemensStatement::EndWhile,
+        "UNTIL" => SiemensStatement::Until(expr::expression(s)?),
+        "LOOP" => SiemensStatement::Loop,
+        "ENDLOOP" => SiemensStatement::EndLoop,
         "REPEAT" | "REPEATB" => repeat(s, name == "REPEATB", start)?,
-        "GOTOS" => Statement::GotoStart,
+        "GOTOS" => SiemensStatement::GotoStart,
         "GOTO" | "GOTOF" | "GOTOB" | "GOTOC" => {
             s.set_pos(start);
             match jump(s)? {
-                Some(jump) => Statement::Goto(jump),
+                Some(jump) => SiemensStatement::Goto(jump),
                 None => {
                     let message = format!("`{name}` is not supported");
                     return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
@@ -47,7 +47,7 @@ pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result
             while !s.at_end() && s.peek() != b';' {
                 s.bump();
             }
-            Statement::Extern
+            SiemensStatement::Extern
         }
         "RET" => {
             s.skip_blanks();
@@ -55,10 +55,10 @@ pub(crate) fn statement(s: &mut Scanner<'_>, name: &str, start: usize) -> Result
                 let message = "`RET` with arguments is not supported";
                 return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message).help("write RET alone"));
             }
-            Statement::Return
+            SiemensStatement::Return
         }
-        "MCALL" => Statement::ModalCall(call(s)?),
-        "CALL" | "EXTCALL" => Statement::CallText(expr::expression(s)?),
+        "MCALL" => SiemensStatement::ModalCall(call(s)?),
+        "CALL" | "EXTCALL" => SiemensStatement::CallText(expr::expression(s)?),
         "WHEN" | "WHENEVER" | "EVERY" => {
             let message = format!("`{name}` (a synchronized action) is not supported");
             return Err(Fault::new(codes::UNSUPPORTED_WORD, s.span_from(start), message)
@@ -97,7 +97,7 @@ fn expect_word(s: &mut Scanner<'_>, word: &str, start: usize) -> Result<(), Faul
     Err(Fault::new(codes::SYNTAX, s.span_from(start), format!("`{word}` is missing")).help(format!("write {word}")))
 }
 
-fn for_loop(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
+fn for_loop(s: &mut Scanner<'_>, start: usize) -> Result<SiemensStatement, Fault> {
     s.skip_blanks();
     // The variable ends at `=`, which no expression contains.
     let variable = expr::expression(s)?;
@@ -109,10 +109,10 @@ fn for_loop(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
     let from = expr::expression(s)?;
     expect_word(s, "TO", start)?;
     let to = expr::expression(s)?;
-    Ok(Statement::For { variable, from, to })
+    Ok(SiemensStatement::For { variable, from, to })
 }
 
-fn repeat(s: &mut Scanner<'_>, only_block: bool, start: usize) -> Result<Statement, Fault> {
+fn repeat(s: &mut Scanner<'_>, only_block: bool, start: usize) -> Result<SiemensStatement, Fault> {
     let mut labels = Vec::new();
     let mut count = None;
     loop {
@@ -141,12 +141,12 @@ fn repeat(s: &mut Scanner<'_>, only_block: bool, start: usize) -> Result<Stateme
         None if only_block || count.is_some() => {
             Err(Fault::new(codes::SYNTAX, s.span_from(start), "the label is missing").help("write REPEAT LABEL P=2"))
         }
-        None => Ok(Statement::Repeat),
-        Some(first) => Ok(Statement::RepeatLabel { first, last: labels.next(), count, only_block }),
+        None => Ok(SiemensStatement::Repeat),
+        Some(first) => Ok(SiemensStatement::RepeatLabel { first, last: labels.next(), count, only_block }),
     }
 }
 
-fn case(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
+fn case(s: &mut Scanner<'_>, start: usize) -> Result<SiemensStatement, Fault> {
     let selector = expr::expression(s)?;
     expect_word(s, "OF", start)?;
     let mut branches = Vec::new();
@@ -169,7 +169,7 @@ fn case(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
         let value = expr::expression(s)?;
         branches.push((value, jump(s)?.ok_or_else(|| missing(s))?));
     }
-    Ok(Statement::Case { selector, branches, default })
+    Ok(SiemensStatement::Case { selector, branches, default })
 }
 
 fn variable_type(s: &mut Scanner<'_>) -> Result<Type, Fault> {
@@ -208,7 +208,7 @@ fn variable_name(s: &mut Scanner<'_>) -> Result<String, Fault> {
     Ok(name)
 }
 
-fn define(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
+fn define(s: &mut Scanner<'_>, start: usize) -> Result<SiemensStatement, Fault> {
     let kind = variable_type(s)?;
     let mut variables = Vec::new();
     loop {
@@ -225,10 +225,10 @@ fn define(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
         }
     }
     debug_assert!(s.pos() > start);
-    Ok(Statement::Define { kind, variables })
+    Ok(SiemensStatement::Define { kind, variables })
 }
 
-fn proc(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
+fn proc(s: &mut Scanner<'_>, start: usize) -> Result<SiemensStatement, Fault> {
     let name = variable_name(s)?;
     let mut parameters = Vec::new();
     s.skip_blanks();
@@ -269,7 +269,7 @@ fn proc(s: &mut Scanner<'_>, start: usize) -> Result<Statement, Fault> {
             }
         }
     }
-    Ok(Statement::Proc { name, parameters, save })
+    Ok(SiemensStatement::Proc { name, parameters, save })
 }
 
 /// `[3, 4]`, `[]`, `[,]` of an array that is a parameter.

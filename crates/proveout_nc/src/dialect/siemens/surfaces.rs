@@ -2,8 +2,8 @@
 //!
 //! The courses are those of [`super::milling`]; parameters and digits of CYCLE61 from memory.
 
-use super::interpreter::Interpreter;
 use super::milling::share;
+use super::run_state::Interpreter;
 use crate::Feed;
 use crate::channel::milling::{self, Heights, MAX_PASSES};
 use crate::channel::shape::{Place, Point};

@@ -7,11 +7,11 @@
 //! value.
 
 use super::expr::Expr;
-use super::interpreter::Interpreter;
 use super::modal::{FeedMode, Interpolation, SplineKind, Units};
-use super::parser::{Block, Statement, Value, WordKind};
-use crate::channel::expression::Indexed;
-use crate::compensation::Corner;
+use super::parser::{AddressValue, SiemensBlock, SiemensStatement, WordKind};
+use super::run_state::Interpreter;
+use crate::channel::expression::IndexedParameter;
+use crate::compensation::OutsideCorner;
 use crate::settings::Compensation;
 use crate::{AXIS_LETTERS, CompSide, Feed, PathMode, ToolName};
 
@@ -20,7 +20,7 @@ const DECIMALS: f64 = 1e9;
 
 impl Interpreter {
     /// Gives the variables the values of the system variables before this line.
-    pub(crate) fn refresh_system(&mut self, block: &Block) {
+    pub(crate) fn refresh_system(&mut self, block: &SiemensBlock) {
         let mut values: Vec<(String, f64)> = Vec::new();
         // Rounded to 1e-9: conversion to degrees and back changes the last bits, and programs
         // compare such values.
@@ -121,7 +121,7 @@ impl Interpreter {
                     FeedMode::PerRevolution => 3,
                 },
             ),
-            (18, if modal.compensation.style.corner == Corner::Arc { 1 } else { 2 }),
+            (18, if modal.compensation.style.corner == OutsideCorner::Arc { 1 } else { 2 }),
         ];
         if modal.path_mode == PathMode::ExactStop {
             groups.push((10, 1));
@@ -148,25 +148,30 @@ pub(crate) fn system_key(name: &str, indices: &[Expr], number: &dyn Fn(&Expr) ->
 }
 
 /// Calls the visitor with every expression of a block.
-fn visit_block(block: &Block, visitor: &mut impl FnMut(&Expr)) {
+fn visit_block(block: &SiemensBlock, visitor: &mut impl FnMut(&Expr)) {
     for word in &block.words {
         match &word.kind {
-            WordKind::Address { value: Value::Expr(expr), .. } => visit(expr, visitor),
+            WordKind::Address { value: AddressValue::Expr(expr), .. } => visit(expr, visitor),
             WordKind::Assign { value, .. } => visit(value, visitor),
             WordKind::Call(call) => call.arguments.iter().flatten().flatten().for_each(|e| visit(e, visitor)),
             _ => {}
         }
     }
     match &block.statement {
-        Some(Statement::If(e) | Statement::IfGoto(e, _) | Statement::While(e) | Statement::Until(e)) => {
+        Some(
+            SiemensStatement::If(e)
+            | SiemensStatement::IfGoto(e, _)
+            | SiemensStatement::While(e)
+            | SiemensStatement::Until(e),
+        ) => {
             visit(e, visitor);
         }
-        Some(Statement::For { from, to, .. }) => {
+        Some(SiemensStatement::For { from, to, .. }) => {
             visit(from, visitor);
             visit(to, visitor);
         }
-        Some(Statement::Case { selector, .. }) => visit(selector, visitor),
-        Some(Statement::Define { variables, .. }) => {
+        Some(SiemensStatement::Case { selector, .. }) => visit(selector, visitor),
+        Some(SiemensStatement::Define { variables, .. }) => {
             variables.iter().filter_map(|v| v.initial.as_ref()).for_each(|e| visit(e, visitor));
         }
         _ => {}
@@ -176,7 +181,7 @@ fn visit_block(block: &Block, visitor: &mut impl FnMut(&Expr)) {
 fn visit(expr: &Expr, visitor: &mut impl FnMut(&Expr)) {
     visitor(expr);
     match expr {
-        Expr::Param(Indexed(inner)) | Expr::Unary(_, inner) => visit(inner, visitor),
+        Expr::Param(IndexedParameter(inner)) | Expr::Unary(_, inner) => visit(inner, visitor),
         Expr::Chain(first, rest) => {
             visit(first, visitor);
             rest.iter().for_each(|(_, operand)| visit(operand, visitor));

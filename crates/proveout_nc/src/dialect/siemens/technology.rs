@@ -1,10 +1,10 @@
 //! Feed, spindle, edge, coolant, functions, dwell, path mode and tool center point control.
 
 use super::block::LINEAR;
-use super::interpreter::Interpreter;
 use super::listed::LISTED;
 use super::modal::{FeedMode, Interpolation};
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::channel::direction_of;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};

@@ -14,44 +14,14 @@
 //! vector (A3= B3= C3=) must give the direction of the tool: which way rotary axes turn it is data
 //! of the machine.
 
-use super::interpreter::Interpreter;
-use super::pending::Pending;
+use super::pending::{Pending, ToolFrame};
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 
 /// Sine of the smallest angle between the tool and the old Y axis; below it X' is not determined.
 const LEAST_SINE: f64 = 1e-6;
-
-/// What the words request.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ToolFrame {
-    /// TOROT
-    Turned,
-    /// TOFRAME
-    AtTip,
-    /// TOROTOF, TOFRAMEOF
-    Off,
-}
-
-impl ToolFrame {
-    pub(crate) fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "TOROT" | "TOROTZ" => Some(Self::Turned),
-            "TOFRAME" | "TOFRAMEZ" => Some(Self::AtTip),
-            "TOROTOF" | "TOFRAMEOF" => Some(Self::Off),
-            _ => None,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Turned => "TOROT",
-            Self::AtTip => "TOFRAME",
-            Self::Off => "TOROTOF",
-        }
-    }
-}
 
 impl Interpreter {
     /// After a motion: the direction of the tool, base coordinates; none where rotary axes

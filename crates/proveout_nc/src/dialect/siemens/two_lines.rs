@@ -12,10 +12,9 @@
 //! line waits here for it, with what was in force in its block. No other block may come between the
 //! two, so nothing changes on the way to the corner.
 
-use super::interpreter::Interpreter;
 use super::modal::{Interpolation, Modal};
 use super::pending::{Coordinate, Pending, Reference};
-use crate::Location;
+use super::run_state::{FirstLine, Interpreter};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
@@ -23,18 +22,6 @@ use crate::frame::sin_cos_degrees;
 /// Sine of the smallest angle between the two lines; below it rounding determines the position of
 /// the corner.
 const LEAST_SINE: f64 = 1e-6;
-
-/// The first of two lines, which waits for the second one.
-#[derive(Debug)]
-pub(crate) struct FirstLine {
-    words: Pending,
-    angle: f64,
-    location: Location,
-    plane: [usize; 3],
-    interpolation: Interpolation,
-    modal_rounding: Option<f64>,
-    corner_feed: Option<f64>,
-}
 
 impl Interpreter {
     /// Keeps a line that has only its angle; the words other than its motion are executed at once.

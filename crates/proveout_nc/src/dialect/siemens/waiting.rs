@@ -11,8 +11,8 @@
 //! stay at their machine position. The coordinates it sets are kept for the motion that sets the
 //! rest.
 
-use super::interpreter::Interpreter;
 use super::pending::Pending;
+use super::run_state::Interpreter;
 use crate::AxisValues;
 
 use super::block::LINEAR;

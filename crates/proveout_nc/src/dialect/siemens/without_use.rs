@@ -5,15 +5,15 @@
 //! words or silently ignore them, such as AR= with TRANS or I with G4. A program with such words is
 //! not read as intended.
 
-use super::interpreter::Interpreter;
 use super::modal::Interpolation;
 use super::pending::{FrameWord, Pending};
+use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 
 /// What a block does with its words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
+enum BlockUse {
     /// G25, G26
     Limits,
     /// G110 to G112
@@ -45,7 +45,7 @@ enum Kind {
     Still,
 }
 
-impl Kind {
+impl BlockUse {
     fn name(self) -> String {
         match self {
             Self::Limits => "G25 and G26 take axes and S, and".to_owned(),
@@ -59,111 +59,122 @@ impl Kind {
 }
 
 impl Interpreter {
-    fn kind_of(&self, p: &Pending) -> Kind {
+    fn kind_of(&self, p: &Pending) -> BlockUse {
         let center = p.center.iter().any(Option::is_some);
         let polar = p.polar_angle.is_some() || p.polar_radius.is_some();
         let moves = p.has_axis() || p.has_orientation() || center || p.opening.is_some() || p.angle.is_some() || polar;
         if p.limits.is_some() {
-            return Kind::Limits;
+            return BlockUse::Limits;
         }
         if p.pole.is_some() {
-            return Kind::Pole;
+            return BlockUse::Pole;
         }
         if let Some((word, _)) = p.frame {
-            return Kind::Frame(word);
+            return BlockUse::Frame(word);
         }
         if p.dwell {
-            return Kind::Dwell;
+            return BlockUse::Dwell;
         }
         if p.fixed_point.is_some() {
-            return Kind::FixedPoint;
+            return BlockUse::FixedPoint;
         }
         if !moves {
-            return Kind::Still;
+            return BlockUse::Still;
         }
         if p.positioning {
-            return Kind::Positioning;
+            return BlockUse::Positioning;
         }
         if p.machine {
-            return Kind::Machine;
+            return BlockUse::Machine;
         }
         if p.tapping_feed {
-            return Kind::Straight;
+            return BlockUse::Straight;
         }
         match self.modal.interpolation {
-            Interpolation::Rapid | Interpolation::Linear => Kind::Straight,
-            Interpolation::Clockwise | Interpolation::CounterClockwise => Kind::Arc,
-            Interpolation::Tangential => Kind::Tangent,
-            Interpolation::Intermediate => Kind::Through,
-            Interpolation::Thread | Interpolation::TapIn | Interpolation::TapOut => Kind::Thread,
-            Interpolation::Spline(_) => Kind::Spline,
-            Interpolation::Polynomial => Kind::Polynomial,
+            Interpolation::Rapid | Interpolation::Linear => BlockUse::Straight,
+            Interpolation::Clockwise | Interpolation::CounterClockwise => BlockUse::Arc,
+            Interpolation::Tangential => BlockUse::Tangent,
+            Interpolation::Intermediate => BlockUse::Through,
+            Interpolation::Thread | Interpolation::TapIn | Interpolation::TapOut => BlockUse::Thread,
+            Interpolation::Spline(_) => BlockUse::Spline,
+            Interpolation::Polynomial => BlockUse::Polynomial,
         }
     }
 
     /// The first word of a block that nothing in it uses.
     pub(super) fn without_use(&self, p: &Pending, span: Span) -> Result<(), Fault> {
         let kind = self.kind_of(p);
-        let path = matches!(kind, Kind::Straight | Kind::Arc | Kind::Tangent | Kind::Through);
-        let more_path = path || matches!(kind, Kind::Thread | Kind::Spline | Kind::Polynomial);
-        let own_block = matches!(kind, Kind::Limits | Kind::Pole);
+        let path = matches!(kind, BlockUse::Straight | BlockUse::Arc | BlockUse::Tangent | BlockUse::Through);
+        let more_path = path || matches!(kind, BlockUse::Thread | BlockUse::Spline | BlockUse::Polynomial);
+        let own_block = matches!(kind, BlockUse::Limits | BlockUse::Pole);
         let [u, v, _] = self.modal.plane_axes();
         let in_plane = p.axes[u].is_some() || p.axes[v].is_some();
-        let turned = matches!(kind, Kind::Frame(FrameWord::Rot | FrameWord::ARot));
+        let turned = matches!(kind, BlockUse::Frame(FrameWord::Rot | FrameWord::ARot));
         // For each word: whether the block has it, its description, and whether this block uses it.
         let frame = p.frame.is_some() || p.offset.is_some() || p.tool_frame.is_some() || p.transformation.is_some();
         let words: [(bool, &str, bool); 26] = [
-            (p.turns.is_some(), "TURN=, which belongs to G2, G3 and CIP", matches!(kind, Kind::Arc | Kind::Through)),
+            (
+                p.turns.is_some(),
+                "TURN=, which belongs to G2, G3 and CIP",
+                matches!(kind, BlockUse::Arc | BlockUse::Through),
+            ),
             (
                 p.intermediate.iter().any(Option::is_some),
                 "I1=, J1= or K1=, which belongs to CIP",
-                kind == Kind::Through,
+                kind == BlockUse::Through,
             ),
             (
                 p.radius.is_some(),
                 "CR=, which belongs to G2 and G3",
                 // A straight block and a spline report it themselves.
-                matches!(kind, Kind::Arc | Kind::Straight | Kind::Spline | Kind::Thread),
+                matches!(kind, BlockUse::Arc | BlockUse::Straight | BlockUse::Spline | BlockUse::Thread),
             ),
             (p.plane_angle.is_some(), "RPL=, which belongs to ROT and AROT", turned),
             (
                 p.opening.is_some(),
                 "AR=, which belongs to G2 and G3",
-                matches!(kind, Kind::Arc | Kind::Straight | Kind::Spline | Kind::Thread),
+                matches!(kind, BlockUse::Arc | BlockUse::Straight | BlockUse::Spline | BlockUse::Thread),
             ),
             (
                 p.opening.is_some() && p.has_center() && in_plane,
                 "the end point next to AR= and the center, which already give the end",
-                kind != Kind::Arc,
+                kind != BlockUse::Arc,
             ),
             (
                 p.has_center(),
                 "I, J or K, which belong to G2 and G3",
-                !matches!(kind, Kind::Dwell | Kind::Tangent | Kind::Through | Kind::Limits | Kind::Pole),
+                !matches!(
+                    kind,
+                    BlockUse::Dwell | BlockUse::Tangent | BlockUse::Through | BlockUse::Limits | BlockUse::Pole
+                ),
             ),
             (
                 p.has_orientation(),
                 "the tool vector",
-                more_path || matches!(kind, Kind::Frame(_) | Kind::FixedPoint | Kind::Positioning | Kind::Machine),
+                more_path
+                    || matches!(
+                        kind,
+                        BlockUse::Frame(_) | BlockUse::FixedPoint | BlockUse::Positioning | BlockUse::Machine
+                    ),
             ),
             (p.chamfer.is_some(), "CHF=, which belongs to a motion", more_path),
             (p.chamfer_leg.is_some(), "CHR=, which belongs to a motion", more_path),
             (p.corner_radius.is_some(), "RND=, which belongs to a motion", more_path),
-            (p.weight.is_some(), "PW=, which belongs to BSPLINE", more_path && kind != Kind::Polynomial),
+            (p.weight.is_some(), "PW=, which belongs to BSPLINE", more_path && kind != BlockUse::Polynomial),
             (p.interval.is_some(), "PL=, which belongs to BSPLINE and POLY", more_path),
             (
                 p.block_feed.is_some(),
                 "FB=, the feed of one motion",
-                more_path && !(kind == Kind::Straight && self.modal.interpolation == Interpolation::Rapid),
+                more_path && !(kind == BlockUse::Straight && self.modal.interpolation == Interpolation::Rapid),
             ),
-            (p.angle.is_some(), "ANG=, which belongs to a straight motion", path || kind == Kind::Machine),
+            (p.angle.is_some(), "ANG=, which belongs to a straight motion", path || kind == BlockUse::Machine),
             (
                 p.polar_angle.is_some() || p.polar_radius.is_some(),
                 "AP= or RP=, which belongs to a motion or a pole",
-                more_path || kind == Kind::Pole,
+                more_path || kind == BlockUse::Pole,
             ),
             (
-                kind == Kind::Pole && p.polar_angle.is_some() && p.has_axis(),
+                kind == BlockUse::Pole && p.polar_angle.is_some() && p.has_axis(),
                 "the coordinate next to AP= and RP=, which already give the pole",
                 false,
             ),
@@ -180,7 +191,7 @@ impl Interpreter {
                 !own_block,
             ),
             (p.feed.is_some(), "F", !own_block),
-            (p.speed.is_some(), "S", kind != Kind::Pole),
+            (p.speed.is_some(), "S", kind != BlockUse::Pole),
             (p.tool.is_some() || p.edge.is_some(), "T or D", !own_block),
             (!p.functions.is_empty(), "M", !own_block),
             (p.call.is_some() || p.numbered_call.is_some() || p.passes.is_some(), "the call", !own_block),

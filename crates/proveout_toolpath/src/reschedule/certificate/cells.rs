@@ -103,14 +103,14 @@ const WORTH: f64 = 1e-4;
 /// Rows of cells above which finer ones are not tried.
 const MOST_ROWS: f64 = 1e4;
 
-struct Grid<'a> {
+struct JointGrid<'a> {
     pair: &'a AxisPair,
     caps: &'a Caps,
     counts: [usize; 2],
     size: [f64; 2],
 }
 
-impl Grid<'_> {
+impl JointGrid<'_> {
     fn middle(&self, [j, k]: [usize; 2]) -> [f64; 2] {
         [self.pair.travel[0] + (j as f64 + 0.5) * self.size[0], (k as f64 + 0.5) * self.size[1]]
     }
@@ -208,7 +208,7 @@ impl CellBound {
                 }
                 let counts = [rows as usize, width];
                 let size = [travel / rows, TAU / width as f64];
-                let grid = Grid { pair, caps, counts, size };
+                let grid = JointGrid { pair, caps, counts, size };
                 let Some(cells) = grid.potentials(&stations, &feeds, false) else { continue };
                 let time = least_of(&cells);
                 if best.as_ref().is_some_and(|b| time <= b.time * (1.0 + WORTH)) {
@@ -289,7 +289,7 @@ mod tests {
             near = near.min(own / found.time);
             // At the same cells every edge costs no more.
             let same = |caps: &Caps, pair: &AxisPair| {
-                let grid = Grid { pair, caps, counts: found.counts, size: found.size };
+                let grid = JointGrid { pair, caps, counts: found.counts, size: found.size };
                 let feeds: Vec<f64> = found.stations.windows(2).map(|p| feed(p[0], p[1])).collect();
                 grid.potentials(&found.stations, &feeds, false).map(|cells| least_of(&cells))
             };

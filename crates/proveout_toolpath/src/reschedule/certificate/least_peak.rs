@@ -22,7 +22,7 @@
 //!
 //! Solved by the interior-point method of `smooth/corridor_program.rs`, in time that grows with the blocks.
 
-use crate::reschedule::smooth::corridor_program::{CorridorProgram, Row, WEIGHTS};
+use crate::reschedule::smooth::corridor_program::{CorridorProgram, CorridorRow, WEIGHTS};
 
 /// Part of the largest weight below which one is rounding of the solver.
 const NOTHING: f64 = 1e-9;
@@ -97,7 +97,7 @@ impl LeastPeak {
         let mut rows = Vec::with_capacity(3 * n);
         for i in 0..n - order {
             let (at, weights) = placed(i, difference(&times[i..=i + order]).map(|w| w / scale));
-            rows.push(Row { at, weights, low: 0.0, high: 0.0, peak: true });
+            rows.push(CorridorRow { at, weights, low: 0.0, high: 0.0, peak: true });
         }
         let peaks = rows.len();
         // Steps in parts of the fastest one.
@@ -106,12 +106,12 @@ impl LeastPeak {
             let slope = 1.0 / (t * fastest);
             let (at, weights) = placed(i, [-slope, slope, 0.0, 0.0]);
             let [low, high] = velocity.map(|v| v / unit / fastest);
-            rows.push(Row { at, weights, low, high, peak: false });
+            rows.push(CorridorRow { at, weights, low, high, peak: false });
         }
         let slopes = rows.len();
         for (i, [low, high]) in gates.iter().enumerate() {
             let (at, weights) = placed(i, [1.0, 0.0, 0.0, 0.0]);
-            rows.push(Row { at, weights, low: (low - zero) / unit, high: (high - zero) / unit, peak: false });
+            rows.push(CorridorRow { at, weights, low: (low - zero) / unit, high: (high - zero) / unit, peak: false });
         }
         let program = CorridorProgram { unknowns: n, rows, smoothness: 0.0, peak_cost: 1.0 };
         let begin: Vec<f64> = start.iter().map(|q| (q - zero) / unit).collect();

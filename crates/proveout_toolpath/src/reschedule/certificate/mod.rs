@@ -49,7 +49,7 @@ pub use feed_floor::FeedFloor;
 pub use least_peak::{LeastPeak, peak_of};
 pub use swing::SwingLimits;
 
-use super::{Gate, taut_string};
+use super::{TautGate, taut_string};
 
 /// A joint with the channel that it must keep to.
 #[derive(Clone, Debug, PartialEq)]
@@ -187,7 +187,7 @@ impl Schedules {
             times.push(times[times.len() - 1] + t);
         }
         let whole = [0, self.least.len()];
-        let search = Search { schedules: self, times, seams };
+        let search = ScheduleSearch { schedules: self, times, seams };
         let velocity = |k| search.total(&search.travels(&[k], whole));
         let windows = search.best(whole);
         let timed: Vec<(Proof, f64)> = windows.into_iter().map(|p| (p.clone(), search.time(&p))).collect();
@@ -232,7 +232,7 @@ impl Schedules {
 /// A corner of a string: gate, and whether it touches its top.
 type Touch = (usize, bool);
 
-struct Search<'a> {
+struct ScheduleSearch<'a> {
     schedules: &'a Schedules,
     /// Time of the feed at each gate, s.
     times: Vec<f64>,
@@ -240,7 +240,7 @@ struct Search<'a> {
     seams: &'a [f64],
 }
 
-impl Search<'_> {
+impl ScheduleSearch<'_> {
     fn seam(&self, gate: usize) -> f64 {
         self.seams.get(gate).copied().unwrap_or(0.0)
     }
@@ -299,8 +299,8 @@ impl Search<'_> {
         // The string lies between the ends and the demands: an open gate is as wide as all of them.
         let finite = || (first.0..=last.0).flat_map(|i| gates[i]).filter(|v| v.is_finite());
         let (least, most) = (finite().fold(f64::MAX, f64::min), finite().fold(f64::MIN, f64::max));
-        let between: Vec<Gate> = (first.0 + 1..last.0)
-            .map(|i| Gate { s: self.times[i], low: gates[i][0].max(least), high: gates[i][1].min(most) })
+        let between: Vec<TautGate> = (first.0 + 1..last.0)
+            .map(|i| TautGate { s: self.times[i], low: gates[i][0].max(least), high: gates[i][1].min(most) })
             .collect();
         let Ok(string) = taut_string(point(first), &between, point(last)) else { return Vec::new() };
         let inner = string.get(1..string.len().saturating_sub(1)).unwrap_or_default();

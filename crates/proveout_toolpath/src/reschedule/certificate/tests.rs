@@ -217,7 +217,7 @@ fn the_turns_of_the_string_prove_most() {
         for t in &schedules.least {
             times.push(times[times.len() - 1] + t);
         }
-        let search = Search { schedules: &schedules, times, seams: &[] };
+        let search = ScheduleSearch { schedules: &schedules, times, seams: &[] };
         for joint in 0..schedules.joints.len() {
             let string = search.string(joint, window);
             let own = search.swings(joint, window, &string).map_or(f64::NEG_INFINITY, |p| search.total(&p));
@@ -263,10 +263,10 @@ fn the_taut_string_takes_just_what_the_best_windows_prove() {
         let schedules = random_schedules(&mut random);
         let JointGates { gates, limits, .. } = &schedules.joints[0];
         let mut time = 0.0;
-        let mut row = vec![Gate { s: 0.0, low: gates[0][0].max(-1e3), high: gates[0][1].min(1e3) }];
+        let mut row = vec![TautGate { s: 0.0, low: gates[0][0].max(-1e3), high: gates[0][1].min(1e3) }];
         for ([low, high], t) in gates[1..].iter().zip(&schedules.least) {
             time += t;
-            row.push(Gate { s: time, low: low.max(-1e3), high: high.min(1e3) });
+            row.push(TautGate { s: time, low: low.max(-1e3), high: high.min(1e3) });
         }
         let string = free_taut_string(&row).expect("gates that are open");
         let at = |s: f64| {

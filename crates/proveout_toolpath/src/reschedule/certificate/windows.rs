@@ -14,31 +14,31 @@
 //! over all rows of windows and all joints; without seams and for one joint it is that of the
 //! linear program (its dual has an optimum of zeros and ones, which is such a row).
 
-use super::{Proof, Search};
+use super::{Proof, ScheduleSearch};
 
 /// Where a state comes from: gate at which the last window began, and what it is.
 #[derive(Clone, Copy)]
-enum Last {
+enum LastWindow {
     Feed(usize),
     Travel { joint: usize, up: bool, from: usize },
 }
 
-impl Search<'_> {
+impl ScheduleSearch<'_> {
     /// The best windows of feed and of travel of these joints.
     pub(super) fn travels(&self, joints: &[usize], [from, to]: [usize; 2]) -> Vec<Proof> {
         let all = &self.schedules.joints;
         let least = &self.schedules.least;
         // Of each joint and sense the best open travel, with its first gate.
         let mut open = vec![[(f64::NEG_INFINITY, from); 2]; joints.len()];
-        let mut last = vec![Last::Feed(from); to - from + 1];
+        let mut last = vec![LastWindow::Feed(from); to - from + 1];
         let mut closed = 0.0_f64;
         let mut feed = (f64::NEG_INFINITY, from);
         for i in from..=to {
             if i > from {
                 feed.0 += least[i - 1];
-                last[i - from] = Last::Feed(i - 1);
+                last[i - from] = LastWindow::Feed(i - 1);
                 if feed.0 - self.seam(i) > closed {
-                    (closed, last[i - from]) = (feed.0 - self.seam(i), Last::Feed(feed.1));
+                    (closed, last[i - from]) = (feed.0 - self.seam(i), LastWindow::Feed(feed.1));
                 }
                 for (slot, &joint) in joints.iter().enumerate() {
                     let [low, high] = all[joint].gates[i];
@@ -47,7 +47,7 @@ impl Search<'_> {
                         let (value, begin) = open[slot][usize::from(up)];
                         let total = value + reach / velocity;
                         if total > closed {
-                            (closed, last[i - from]) = (total, Last::Travel { joint, up, from: begin });
+                            (closed, last[i - from]) = (total, LastWindow::Travel { joint, up, from: begin });
                         }
                     }
                 }
@@ -70,7 +70,7 @@ impl Search<'_> {
         let mut at = to;
         while at > from {
             let begin = match last[at - from] {
-                Last::Feed(begin) => {
+                LastWindow::Feed(begin) => {
                     // Two windows of feed side by side prove no less as one.
                     let end = match proofs.last() {
                         Some(Proof::Feed { gates: [_, end] }) => {
@@ -83,7 +83,7 @@ impl Search<'_> {
                     proofs.push(Proof::Feed { gates: [begin, end] });
                     begin
                 }
-                Last::Travel { joint, up, from } => {
+                LastWindow::Travel { joint, up, from } => {
                     proofs.push(Proof::Travel { joint, gates: [from, at], up });
                     from
                 }

@@ -15,7 +15,7 @@
 use proveout_geom::{Point, Vector};
 
 use super::{
-    super::{Contact, ContactSurface},
+    super::{ContactPoint, ContactSurface},
     bull_nose::{BullNose, Rim, Shadow},
 };
 
@@ -215,7 +215,7 @@ pub fn mean_line(profile: &[[f64; 2]], y: f64, cutoff: f64) -> f64 {
 
 /// The contact at a place, or a little along the feed where the place is beyond a rim there: the surface lies along the feed, so that it is
 /// as high to the second order.
-fn reached(surface: &dyn ContactSurface, frame: &ContactFrame, p: &Point) -> Option<Contact> {
+fn reached(surface: &dyn ContactSurface, frame: &ContactFrame, p: &Point) -> Option<ContactPoint> {
     BESIDE.into_iter().find_map(|way| surface.contact(&(p + frame.axes[0] * way)))
 }
 

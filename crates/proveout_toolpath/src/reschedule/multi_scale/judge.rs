@@ -4,7 +4,7 @@ use proveout_geom::{Point, Vector};
 
 use super::{
     super::{ContactSurface, Curve, CurveKind, CuttingRun, Figure, Quantity, Study, Surroundings},
-    BullNose, ContactFrame, CrossSection, Fitted, MultiScale, UM_PER_MM, critical,
+    BullNose, ContactFrame, CrossSection, FitResult, MultiScale, UM_PER_MM, critical,
     cross_section::CUTOFF,
     found, leaned,
 };
@@ -28,7 +28,7 @@ const BEFORE: f64 = 1e-9;
 
 /// What an axis does at a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Judged {
+pub struct AxisEffect {
     /// Inclination to the normal, radian.
     pub lean: f64,
     /// Azimuth of the lean from the feed, radian.
@@ -182,10 +182,10 @@ impl Judge {
     }
 
     /// What an axis does, in the frame of the contact.
-    pub(super) fn judged(&self, t: &Vector) -> Judged {
+    pub(super) fn judged(&self, t: &Vector) -> AxisEffect {
         let height = |y: f64| self.section.height(y);
         let swept = self.tool.swept_strip(t, &height, self.method.strip_height);
-        Judged {
+        AxisEffect {
             lean: t.x.hypot(t.y).atan2(t.z),
             side: t.y.atan2(t.x),
             critical: critical(self.tool.form(t), self.form),
@@ -290,24 +290,24 @@ fn nearest(row: &[Point], frame: &ContactFrame) -> Option<f64> {
 pub(in super::super) fn ruled_figures(
     method: &MultiScale,
     judged: &[bool],
-    [before, after]: [&[Judged]; 2],
+    [before, after]: [&[AxisEffect]; 2],
 ) -> Vec<Figure> {
-    let inside = |of: fn(&Judged) -> Option<f64>, all: &[Judged]| -> Vec<f64> {
+    let inside = |of: fn(&AxisEffect) -> Option<f64>, all: &[AxisEffect]| -> Vec<f64> {
         all.iter().zip(judged).filter(|(_, judged)| **judged).filter_map(|(j, _)| of(j)).collect()
     };
     let most = |v: &[f64]| v.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let least = |v: &[f64]| v.iter().copied().fold(f64::INFINITY, f64::min);
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
     let figure = |name, unit, value: f64| Figure { name, unit, value };
-    let section: fn(&Judged) -> Option<f64> = |j| j.strip[0];
-    let swept: fn(&Judged) -> Option<f64> = |j| j.strip[1];
+    let section: fn(&AxisEffect) -> Option<f64> = |j| j.strip[0];
+    let swept: fn(&AxisEffect) -> Option<f64> = |j| j.strip[1];
     let mut figures = vec![
         figure("largest lean to a side", "deg", most(&inside(|j| Some(j.side.abs().to_degrees()), after))),
         figure("narrowest strip", "mm", least(&inside(section, after))),
         figure("widest strip", "mm", most(&inside(section, after))),
         figure("widest strip of the moving tool", "mm", most(&inside(swept, after))),
     ];
-    type Named = (fn(&Judged) -> Option<f64>, [&'static str; 4]);
+    type Named = (fn(&AxisEffect) -> Option<f64>, [&'static str; 4]);
     let of: [Named; 2] = [
         (
             |j| Some(UM_PER_MM * j.roughness?),
@@ -339,7 +339,7 @@ pub(in super::super) fn ruled_figures(
             ]);
         }
     }
-    let rough: fn(&Judged) -> Option<f64> = |j| j.roughness;
+    let rough: fn(&AxisEffect) -> Option<f64> = |j| j.roughness;
     let (old, new) = (inside(rough, before), inside(rough, after));
     if !new.is_empty() {
         let less = 100.0 * (1.0 - mean(&new) / mean(&old));
@@ -363,8 +363,8 @@ pub(in super::super) fn ruled_figures(
 pub(super) fn study(
     method: &MultiScale,
     (arc, judges): (&[f64], &[Judge]),
-    [before, after]: [&[Judged]; 2],
-    done: &Fitted,
+    [before, after]: [&[AxisEffect]; 2],
+    done: &FitResult,
 ) -> Study {
     let curve = |name, kind, quantity: Quantity, values: &mut dyn Iterator<Item = Option<f64>>| Curve {
         name,
@@ -375,12 +375,12 @@ pub(super) fn study(
     let lean = Quantity { name: "inclination to the normal", unit: "deg" };
     let strip = Quantity { name: "width of the strip in its section", unit: "mm" };
     let rough = Quantity { name: "Ra across the feed", unit: "um" };
-    let degrees = |j: &Judged| Some(j.lean.to_degrees());
-    let micro = |j: &Judged| Some(UM_PER_MM * j.roughness?);
+    let degrees = |j: &AxisEffect| Some(j.lean.to_degrees());
+    let micro = |j: &AxisEffect| Some(UM_PER_MM * j.roughness?);
     let limit = |k: usize| judges.iter().map(move |j| Some(j.limits[k].to_degrees()));
     let figure = |name, unit, value: f64| Figure { name, unit, value };
     let fixed = done.fixed.iter().map(|&i| [arc[i], after[i].lean.to_degrees()]).collect();
-    let section: fn(&Judged) -> Option<f64> = |j| j.strip[0];
+    let section: fn(&AxisEffect) -> Option<f64> = |j| j.strip[0];
     let mut figures = vec![
         figure("fixed contacts", "", done.fixed.len() as f64),
         figure("coefficients of a curve", "", done.coefficients as f64),

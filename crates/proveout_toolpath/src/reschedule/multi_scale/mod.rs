@@ -36,14 +36,14 @@ use proveout_machine::{JointValues, KinematicsError, Machine};
 use super::{
     CuttingRun, Figure, Method, RescheduleError, Rescheduled, Surroundings,
     meeting::newly_met,
-    touching::{Touching, touching},
+    touching::{TouchOffset, touching},
 };
 use crate::path::PathCutter;
 
 pub use bull_nose::{BullNose, critical};
 pub use cross_section::{ContactFrame, CrossSection, leaned, mean_deviation, mean_line};
 pub use fit::{basis, fitted, value};
-pub use judge::Judged;
+pub use judge::AxisEffect;
 use judge::study;
 pub(super) use judge::{Judge, Measures, ruled_figures};
 
@@ -205,7 +205,7 @@ fn refusing<T>(run: &CuttingRun) -> impl Fn(&'static str, &str, &str) -> Result<
 impl RowRules {
     /// What the rules say of axes of the stretch before and after.
     pub(super) fn figures(&self, axes: [&[Vector]; 2]) -> Vec<Figure> {
-        let judged = |axes: &[Vector]| -> Vec<Judged> {
+        let judged = |axes: &[Vector]| -> Vec<AxisEffect> {
             self.judges.iter().zip(axes).map(|(judge, axis)| judge.judged(&judge.frame.local(axis))).collect()
         };
         let [before, after] = axes.map(judged);
@@ -219,7 +219,7 @@ pub(super) struct RowRules {
     /// The blocks along the surface.
     pub(super) stretch: Range<usize>,
     /// Contacts of all blocks.
-    pub(super) contacts: Vec<Touching>,
+    pub(super) contacts: Vec<TouchOffset>,
     /// Rules of the blocks of the stretch.
     pub(super) judges: Vec<Judge>,
     /// Way along their contacts, mm.
@@ -300,8 +300,8 @@ impl Method for MultiScale {
         let RowRules { stretch, judges, arc, .. } = rules;
         let judged = |(judge, pose): (&Judge, &ToolPose)| judge.judged(&judge.frame.local(&pose.axis));
         let own = run.blocks[stretch.clone()].iter().map(|b| &b.pose);
-        let before: Vec<Judged> = judges.iter().zip(own).map(judged).collect();
-        let after: Vec<Judged> = judges.iter().zip(&poses[stretch.clone()]).map(judged).collect();
+        let before: Vec<AxisEffect> = judges.iter().zip(own).map(judged).collect();
+        let after: Vec<AxisEffect> = judges.iter().zip(&poses[stretch.clone()]).map(judged).collect();
         let study = study(self, (&arc, &judges), [&before, &after], &done);
         Ok(Rescheduled { stretch, poses, rotary: None, channel: None, study })
     }
@@ -317,15 +317,15 @@ impl MultiScale {
         whole: &CuttingRun,
         around: &Surroundings<'_>,
         cutter: &PathCutter,
-        (rules, contacts): (&RowRules, &[Touching]),
-    ) -> Result<(Vec<ToolPose>, Fitted), RescheduleError> {
+        (rules, contacts): (&RowRules, &[TouchOffset]),
+    ) -> Result<(Vec<ToolPose>, FitResult), RescheduleError> {
         let Some(rotary) = Rotary::new(around.machine) else {
             let help = "choose a five-axis machine";
             return refusing(whole)("reschedule-path", "the machine does not have two rotary joints", help);
         };
         let stretch = &rules.stretch;
         let run = &CuttingRun { blocks: whole.blocks[stretch.clone()].to_vec() };
-        let work = Work { method: self, run, rotary: &rotary, judges: &rules.judges, arc: &rules.arc };
+        let work = FitInput { method: self, run, rotary: &rotary, judges: &rules.judges, arc: &rules.arc };
         let done = work.solve()?;
         let mut poses = Vec::with_capacity(whole.blocks.len());
         for (i, (at, block)) in contacts.iter().zip(&whole.blocks).enumerate() {
@@ -346,7 +346,7 @@ impl MultiScale {
 }
 
 /// Contacts of the blocks of a row, where they are found.
-fn found(run: &CuttingRun, cutter: &PathCutter, around: &Surroundings<'_>) -> Vec<Option<Touching>> {
+fn found(run: &CuttingRun, cutter: &PathCutter, around: &Surroundings<'_>) -> Vec<Option<TouchOffset>> {
     run.blocks.iter().map(|b| touching(&b.pose, cutter, around)).collect()
 }
 
@@ -354,8 +354,8 @@ fn contacts(
     run: &CuttingRun,
     cutter: &PathCutter,
     around: &Surroundings<'_>,
-) -> Result<Vec<Touching>, RescheduleError> {
-    let touching_block = |(touching, block): (Option<Touching>, &super::CuttingBlock)| {
+) -> Result<Vec<TouchOffset>, RescheduleError> {
+    let touching_block = |(touching, block): (Option<TouchOffset>, &super::CuttingBlock)| {
         touching.ok_or_else(|| {
             let message = "the surface of the part does not reach to this block";
             let help = "re-schedule rows on the surface that the scene describes";
@@ -366,7 +366,7 @@ fn contacts(
 }
 
 /// The blocks along the surface: without those at both ends that are lifted from its first and last contact.
-fn row_of(contacts: &[Touching]) -> Range<usize> {
+fn row_of(contacts: &[TouchOffset]) -> Range<usize> {
     // A lift is rounded as the program is: the contact stays but for its last digits, and the tip goes elsewhere.
     let is_lift = |i: usize| {
         let way = contacts[i + 1].place.point - contacts[i].place.point;
@@ -379,7 +379,7 @@ fn row_of(contacts: &[Touching]) -> Range<usize> {
 }
 
 /// Frames of the contacts, with the feed along the row.
-fn frames(run: &CuttingRun, contacts: &[Touching]) -> Result<Vec<ContactFrame>, RescheduleError> {
+fn frames(run: &CuttingRun, contacts: &[TouchOffset]) -> Result<Vec<ContactFrame>, RescheduleError> {
     let n = contacts.len();
     let point = |i: usize| contacts[i].place.point;
     let same_place = |line: u32| {
@@ -413,7 +413,7 @@ fn frames(run: &CuttingRun, contacts: &[Touching]) -> Result<Vec<ContactFrame>, 
 }
 
 /// What the fit works on.
-struct Work<'a> {
+struct FitInput<'a> {
     method: &'a MultiScale,
     run: &'a CuttingRun,
     rotary: &'a Rotary<'a>,
@@ -422,7 +422,7 @@ struct Work<'a> {
 }
 
 /// What came out.
-pub(super) struct Fitted {
+pub(super) struct FitResult {
     joints: Vec<[f64; 2]>,
     fixed: Vec<usize>,
     coefficients: usize,
@@ -430,7 +430,7 @@ pub(super) struct Fitted {
     judged: Vec<bool>,
 }
 
-impl Work<'_> {
+impl FitInput<'_> {
     fn error(&self, at: usize, message: String, help: &str) -> RescheduleError {
         RescheduleError::new("reschedule-channel", self.run.blocks[at].line, message, help)
     }
@@ -443,7 +443,7 @@ impl Work<'_> {
         judge.frame.global(&leaned(lean.clamp(low + margin, high - margin), 0.0))
     }
 
-    fn solve(&self) -> Result<Fitted, RescheduleError> {
+    fn solve(&self) -> Result<FitResult, RescheduleError> {
         let n = self.arc.len();
         let total = self.arc[n - 1];
         let run_in = self.method.run_in;
@@ -512,7 +512,7 @@ impl Work<'_> {
             if new.is_empty() {
                 self.steps(&joints)?;
                 let fixed = fixed.keys().copied().collect();
-                return Ok(Fitted { joints, fixed, coefficients, rounds: round, judged });
+                return Ok(FitResult { joints, fixed, coefficients, rounds: round, judged });
             }
             let mut stuck = true;
             for at in new {

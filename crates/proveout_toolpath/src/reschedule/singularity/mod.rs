@@ -59,7 +59,7 @@ impl Default for Singularity {
 }
 
 /// The two rotary joints of a machine as angles to and about the table's axis.
-struct Head<'a> {
+struct TableTilt<'a> {
     machine: &'a Machine,
     table: usize,
     tilt: usize,
@@ -72,7 +72,7 @@ struct Head<'a> {
     basis: [Vector; 3],
 }
 
-impl<'a> Head<'a> {
+impl<'a> TableTilt<'a> {
     fn new(machine: &'a Machine, pole: Vector) -> Option<Self> {
         let &[a, b] = machine.rotary_joints() else { return None };
         let table = machine.work_chain.iter().rfind(|&&j| machine.joints[j].is_rotary()).copied()?;
@@ -165,7 +165,7 @@ impl Method for Singularity {
         self.check()?;
         let line = |i: usize| run.blocks.get(i).map_or(0, |b| b.line);
         let machine = around.machine;
-        let head = machine.and_then(|m| Head::new(m, around.table_axis)).ok_or_else(|| {
+        let head = machine.and_then(|m| TableTilt::new(m, around.table_axis)).ok_or_else(|| {
             let message = "the machine has no table under a head or trunnion that tilts at right angles to the table's axis and \
                            stands upright on it";
             RescheduleError::new("reschedule-path", line(0), message, "the method is for such machines: choose another")

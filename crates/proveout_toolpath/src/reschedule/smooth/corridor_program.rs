@@ -35,7 +35,7 @@ const DAMPING: [f64; 2] = [1e-15, 1e-13];
 
 /// A row: `low <= sum weights[k] x[at + k] <= high`; a peak row has z in place of both limits and ignores them.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::reschedule) struct Row {
+pub(in crate::reschedule) struct CorridorRow {
     pub(in crate::reschedule) at: usize,
     pub(in crate::reschedule) weights: [f64; WEIGHTS],
     pub(in crate::reschedule) low: f64,
@@ -43,7 +43,7 @@ pub(in crate::reschedule) struct Row {
     pub(in crate::reschedule) peak: bool,
 }
 
-impl Row {
+impl CorridorRow {
     pub(super) fn value(&self, x: &[f64]) -> f64 {
         self.weights.iter().zip(&x[self.at..]).map(|(w, x)| w * x).sum()
     }
@@ -53,7 +53,7 @@ impl Row {
 #[derive(Clone, Debug, Default)]
 pub(in crate::reschedule) struct CorridorProgram {
     pub(in crate::reschedule) unknowns: usize,
-    pub(in crate::reschedule) rows: Vec<Row>,
+    pub(in crate::reschedule) rows: Vec<CorridorRow>,
     /// w.
     pub(in crate::reschedule) smoothness: f64,
     /// c; no z where it is zero.
@@ -62,7 +62,7 @@ pub(in crate::reschedule) struct CorridorProgram {
 
 /// One side of a row: `sign a x - (z) <= bound`.
 #[derive(Clone, Copy)]
-struct Side {
+struct OneSidedRow {
     row: u32,
     sign: f64,
     bound: f64,
@@ -116,15 +116,15 @@ struct Point {
 }
 
 impl CorridorProgram {
-    fn sides(&self) -> Vec<Side> {
+    fn sides(&self) -> Vec<OneSidedRow> {
         let mut sides = Vec::with_capacity(2 * self.rows.len());
         for (row, r) in (0..).zip(&self.rows) {
             let [low, high] = if r.peak { [0.0; 2] } else { [r.low, r.high] };
             if high.is_finite() {
-                sides.push(Side { row, sign: 1.0, bound: high, peak: r.peak });
+                sides.push(OneSidedRow { row, sign: 1.0, bound: high, peak: r.peak });
             }
             if low.is_finite() {
-                sides.push(Side { row, sign: -1.0, bound: -low, peak: r.peak });
+                sides.push(OneSidedRow { row, sign: -1.0, bound: -low, peak: r.peak });
             }
         }
         sides
@@ -152,12 +152,12 @@ impl CorridorProgram {
         }
     }
 
-    fn value(&self, side: &Side, x: &[f64], z: f64) -> f64 {
+    fn value(&self, side: &OneSidedRow, x: &[f64], z: f64) -> f64 {
         side.sign * self.rows[side.row as usize].value(x) - if side.peak { z } else { 0.0 }
     }
 
     /// `out += G' v`; gives the part of z.
-    fn transposed(&self, sides: &[Side], v: &[f64], out: &mut [f64]) -> f64 {
+    fn transposed(&self, sides: &[OneSidedRow], v: &[f64], out: &mut [f64]) -> f64 {
         let mut of_z = 0.0;
         for (side, v) in sides.iter().zip(v) {
             let row = &self.rows[side.row as usize];
@@ -284,17 +284,17 @@ impl CorridorProgram {
 mod tests {
     use super::*;
 
-    fn second(at: usize, scale: f64) -> Row {
-        Row { at, weights: [scale, -2.0 * scale, scale, 0.0], low: 0.0, high: 0.0, peak: true }
+    fn second(at: usize, scale: f64) -> CorridorRow {
+        CorridorRow { at, weights: [scale, -2.0 * scale, scale, 0.0], low: 0.0, high: 0.0, peak: true }
     }
 
-    fn value(at: usize, low: f64, high: f64) -> Row {
+    fn value(at: usize, low: f64, high: f64) -> CorridorRow {
         let (at, weights) = if at < 4 {
             (0, std::array::from_fn(|k| f64::from(u8::from(k == at))))
         } else {
             (at - 3, [0.0, 0.0, 0.0, 1.0])
         };
-        Row { at, weights, low, high, peak: false }
+        CorridorRow { at, weights, low, high, peak: false }
     }
 
     /// From 0 to 1 and back to 0 in given steps, ends free of slope: the least peak is that of two parabolas, known in closed form.
@@ -304,8 +304,8 @@ mod tests {
             let middle = n / 2;
             let h = 1.0 / (n - 1) as f64;
             let scale = 1.0 / (h * h) / 100.0;
-            let mut rows: Vec<Row> = (0..n - 3).map(|i| second(i, scale)).collect();
-            rows.push(Row { weights: [0.0, scale, -2.0 * scale, scale], ..second(n - 4, scale) });
+            let mut rows: Vec<CorridorRow> = (0..n - 3).map(|i| second(i, scale)).collect();
+            rows.push(CorridorRow { weights: [0.0, scale, -2.0 * scale, scale], ..second(n - 4, scale) });
             rows.extend((0..n).map(|i| match i {
                 0 => value(i, -1.0, 0.0),
                 i if i == n - 1 => value(i, -1.0, 0.0),

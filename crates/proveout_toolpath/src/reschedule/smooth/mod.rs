@@ -32,9 +32,9 @@ use proveout_machine::{Carries, Joint, Machine};
 
 use self::spline_in_corridor::Corridor;
 pub(super) use self::tries::peaks;
-use self::tries::{Tried, effort};
+use self::tries::{TimedSchedule, effort};
 use super::s_theta::{curve, poses, study, turns};
-use super::taut::{Gate, free_taut_string};
+use super::taut::{TautGate, free_taut_string};
 use super::tool_channel::ToolChannel;
 use super::{
     Channel, Curve, CurveKind, CuttingRun, Figure, Method, RescheduleError, Rescheduled, STHETA_DEFAULTS, STheta,
@@ -219,7 +219,7 @@ impl Smooth {
         for t in least {
             times.push(times[times.len() - 1] + t);
         }
-        let row = gates.iter().zip(&times).map(|([low, high], s)| Gate { s: *s, low: *low, high: *high });
+        let row = gates.iter().zip(&times).map(|([low, high], s)| TautGate { s: *s, low: *low, high: *high });
         let string = free_taut_string(&row.collect::<Vec<_>>()).map_err(|gate| {
             let message = "the channel is closed here".to_owned();
             RescheduleError::new("reschedule-channel", path.lines[gate], message, "set a smaller clearance")
@@ -306,7 +306,7 @@ fn least_velocity(channel: &Channel, least: &[f64]) -> Option<f64> {
     let mut s = 0.0;
     let mut gates = Vec::with_capacity(channel.lower.len());
     for (i, (low, high)) in channel.lower.iter().zip(&channel.upper).enumerate() {
-        gates.push(Gate { s, low: *low, high: *high });
+        gates.push(TautGate { s, low: *low, high: *high });
         s += least.get(i).copied().unwrap_or(0.0);
     }
     let string = free_taut_string(&gates).ok()?;
@@ -359,7 +359,7 @@ impl Method for Smooth {
         };
         let SmoothPlan { angles, acceleration: asked } =
             self.solve(&path, &gates, &least, limits, VELOCITY_GIVEN[0])?;
-        let mut best = Tried { angles, time: f64::INFINITY, asked };
+        let mut best = TimedSchedule { angles, time: f64::INFINITY, asked };
         let mut rounds = 0;
         let mut of_other = None;
         if let Some(mut times) = judged(&best.angles) {
@@ -378,7 +378,7 @@ impl Method for Smooth {
                 let SmoothPlan { angles, acceleration } = self.solve(&path, &gates, blocks, limits, given)?;
                 let Some(next) = judged(&angles) else { continue };
                 let time: f64 = next.iter().sum();
-                all.push(Tried { angles, time, asked: acceleration });
+                all.push(TimedSchedule { angles, time, asked: acceleration });
                 if time < fastest * (1.0 - GAIN) {
                     (fastest, times) = (time, next);
                 }
@@ -387,7 +387,7 @@ impl Method for Smooth {
                 for angles in tries::between(&all, &least) {
                     let angles = kept(angles, &gates);
                     let Some(times) = judged(&angles) else { continue };
-                    all.push(Tried { angles, time: times.iter().sum(), asked: None });
+                    all.push(TimedSchedule { angles, time: times.iter().sum(), asked: None });
                 }
             }
             rounds = all.len();
@@ -403,12 +403,12 @@ impl Method for Smooth {
                 let Some(times) = judged(&angles) else { continue };
                 let time: f64 = times.iter().sum();
                 if time < best.time || at_feed && time <= shortest * (1.0 + GAIN) {
-                    best = Tried { angles, time, asked: None };
+                    best = TimedSchedule { angles, time, asked: None };
                     of_other = Some(name);
                 }
             }
         }
-        let Tried { angles, asked, .. } = best;
+        let TimedSchedule { angles, asked, .. } = best;
         let mut study = study(&path, &channel, &angles);
         let mut figure = |name, unit, value: f64| study.figures.push(Figure { name, unit, value });
         let [velocity, acceleration] = peaks(&angles, &least).map(f64::to_degrees);

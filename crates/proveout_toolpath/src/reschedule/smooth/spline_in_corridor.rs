@@ -12,7 +12,7 @@
 //! rest, because lead-in and lead-out keep their axis; there a short ramp may exceed the peak.
 
 use super::LEAST_SPEED;
-use super::corridor_program::{CorridorProgram, Row, WEIGHTS};
+use super::corridor_program::{CorridorProgram, CorridorRow, WEIGHTS};
 
 /// Knots are this many blocks apart, in the order in which they are tried: fine knots follow a channel with sharp bends.
 const BLOCKS_A_KNOT: [f64; 4] = [4.0, 2.0, 1.0, 0.5];
@@ -90,11 +90,11 @@ impl Corridor<'_> {
         };
         let slope = |i: usize| (self.way[i + 1] - self.way[i]) / (self.times[i + 1] - self.times[i]);
         let fastest = (0..self.way.len() - 1).map(|i| slope(i).abs()).fold(LEAST_SPEED, f64::max);
-        let mut rows: Vec<Row> = Vec::with_capacity(self.times.len() + 2 * count);
+        let mut rows: Vec<CorridorRow> = Vec::with_capacity(self.times.len() + 2 * count);
         for (t, [low, high]) in self.times.iter().zip(self.gates) {
             let (at, weights) = place(*t);
             let off = NARROWED.min(0.25 * (high - low));
-            rows.push(Row { at, weights, low: low + off, high: high - off, peak: false });
+            rows.push(CorridorRow { at, weights, low: low + off, high: high - off, peak: false });
         }
         // Rows of three or two weights begin where four fit.
         let narrow = |first: usize, weights: &[f64], low: f64, high: f64, peak: bool| {
@@ -103,7 +103,7 @@ impl Corridor<'_> {
             for (k, w) in weights.iter().enumerate() {
                 all[first - at + k] = *w;
             }
-            Row { at, weights: all, low, high, peak }
+            CorridorRow { at, weights: all, low, high, peak }
         };
         let (most, least) = (self.velocity / fastest, if self.rising { 0.0 } else { -self.velocity / fastest });
         if most.is_finite() || least.is_finite() {

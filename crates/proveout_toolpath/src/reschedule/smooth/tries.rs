@@ -19,7 +19,7 @@ const RAMPS: f64 = 0.5;
 
 /// A schedule that was tried.
 #[derive(Clone, Debug)]
-pub(super) struct Tried {
+pub(super) struct TimedSchedule {
     pub(super) angles: Vec<f64>,
     /// Of the control, s.
     pub(super) time: f64,
@@ -28,8 +28,9 @@ pub(super) struct Tried {
 }
 
 /// Schedules between the fastest and the one with the least peak; none where these are one.
-pub(super) fn between(all: &[Tried], least: &[f64]) -> Vec<Vec<f64>> {
-    let least_of = |of: &dyn Fn(&Tried) -> f64| (0..all.len()).min_by(|a, b| of(&all[*a]).total_cmp(&of(&all[*b])));
+pub(super) fn between(all: &[TimedSchedule], least: &[f64]) -> Vec<Vec<f64>> {
+    let least_of =
+        |of: &dyn Fn(&TimedSchedule) -> f64| (0..all.len()).min_by(|a, b| of(&all[*a]).total_cmp(&of(&all[*b])));
     let ends = least_of(&|t| t.time).zip(least_of(&|t| peak_between_ramps(&t.angles, least)));
     let Some((fast, even)) = ends.filter(|(fast, even)| fast != even) else { return Vec::new() };
     let pair = |w: f64| all[fast].angles.iter().zip(&all[even].angles).map(|(f, e)| f + w * (e - f)).collect();
@@ -37,7 +38,7 @@ pub(super) fn between(all: &[Tried], least: &[f64]) -> Vec<Vec<f64>> {
 }
 
 /// Of the schedules that take no more than a part of the least time longer the one with the least peak.
-pub(super) fn chosen(all: Vec<Tried>, least: &[f64], given_up: f64) -> Option<Tried> {
+pub(super) fn chosen(all: Vec<TimedSchedule>, least: &[f64], given_up: f64) -> Option<TimedSchedule> {
     let fastest = all.iter().map(|t| t.time).fold(f64::INFINITY, f64::min);
     let near = all.into_iter().filter(|t| t.time <= fastest * (1.0 + given_up));
     let peaks = near.map(|t| (peak_between_ramps(&t.angles, least), t));
@@ -75,11 +76,11 @@ mod tests {
     use super::*;
 
     /// Ten blocks of 0.2 s; a half second at either end is no matter.
-    fn tried(time: f64, middle: f64) -> Tried {
+    fn tried(time: f64, middle: f64) -> TimedSchedule {
         let mut angles: Vec<f64> = (0..=10).map(f64::from).collect();
         angles[5] += middle;
         angles[0] -= 7.0;
-        Tried { angles, time, asked: None }
+        TimedSchedule { angles, time, asked: None }
     }
 
     #[test]

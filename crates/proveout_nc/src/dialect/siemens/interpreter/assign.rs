@@ -3,8 +3,8 @@
 use super::super::eval::{self, Val};
 use super::super::expr::Expr;
 use super::super::parser::{Definition, Type};
-use super::Interpreter;
-use crate::channel::expression::Indexed;
+use super::super::run_state::Interpreter;
+use crate::channel::expression::IndexedParameter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
@@ -72,7 +72,7 @@ impl Interpreter {
     /// Assigns to a variable, an element or an R parameter given as an expression.
     pub(crate) fn assign_expr(&mut self, target: &Expr, value: Val, span: Span) -> Result<(), Fault> {
         let (name, indices) = match target {
-            Expr::Param(Indexed(index)) => {
+            Expr::Param(IndexedParameter(index)) => {
                 let index = eval::param_index(self.variables.number(index, span)?, span)?;
                 let Val::Number(value) = value else {
                     return Err(Fault::new(codes::TYPE, span, format!("R{index} cannot hold a text"))

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use super::super::eval::{Val, Variable};
 use super::super::expr::Expr;
-use super::super::parser::{self, Block, Call, Parameter, Statement};
-use super::{CallLevel, Interpreter, Loaded};
+use super::super::parser::{self, Call, Parameter, SiemensBlock, SiemensStatement};
+use super::super::run_state::{CallLevel, Interpreter, Loaded};
 use crate::Op;
-use crate::channel::Section;
+use crate::channel::ProgramSection;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::source::Mark;
@@ -155,7 +155,7 @@ impl Interpreter {
         &mut self,
         name: &str,
         span: Span,
-    ) -> Result<Option<(Arc<Loaded>, Section)>, Fault> {
+    ) -> Result<Option<(Arc<Loaded>, ProgramSection)>, Fault> {
         for level in self.stack.iter().rev() {
             if let Some(section) = level.loaded.index.procs.get(name) {
                 return Ok(Some((Arc::clone(&level.loaded), *section)));
@@ -180,8 +180,8 @@ pub(crate) fn missing_subprogram(name: &str, span: Span) -> Fault {
 }
 
 /// Parameters of a subprogram, whether it saves modal state, and its first line after PROC.
-fn procedure_head(loaded: &Loaded, section: Section) -> Result<(Vec<Parameter>, bool, Mark), Fault> {
-    let mut block = Block::default();
+fn procedure_head(loaded: &Loaded, section: ProgramSection) -> Result<(Vec<Parameter>, bool, Mark), Fault> {
+    let mut block = SiemensBlock::default();
     let mut at = section.start;
     while let Some((line, next)) = loaded.source.line(at) {
         if at.offset >= section.end {
@@ -195,7 +195,7 @@ fn procedure_head(loaded: &Loaded, section: Section) -> Result<(Vec<Parameter>, 
             }
             break;
         }
-        if let Some(Statement::Proc { parameters, save, .. }) = block.statement.take() {
+        if let Some(SiemensStatement::Proc { parameters, save, .. }) = block.statement.take() {
             return Ok((parameters, save, next));
         }
         if !block.is_empty() {

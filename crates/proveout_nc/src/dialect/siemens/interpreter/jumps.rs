@@ -6,7 +6,7 @@ use super::super::eval;
 use super::super::expr::Expr;
 use super::super::index;
 use super::super::parser::{Direction, Jump};
-use super::{Interpreter, Loaded, Repetition};
+use super::super::run_state::{Interpreter, Loaded, Repetition};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::source::Mark;

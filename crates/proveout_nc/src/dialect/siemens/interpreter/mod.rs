@@ -4,7 +4,6 @@ mod assign;
 mod calls;
 mod jumps;
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -12,12 +11,12 @@ use super::eval::{self, Val, Variables};
 use super::expr::Expr;
 use super::index::Index;
 use super::modal::{Interpolation, Modal};
-use super::parser::{self, Block, Call, Statement};
-use super::two_lines::FirstLine;
+use super::parser::{self, Call, SiemensBlock, SiemensStatement};
+use super::run_state::{CallLevel, Loaded, ModalCall};
 use super::{leftover, recover};
-use crate::channel::corners::{CornerMark, Cornering, Corners};
+use crate::channel::corners::{CornerLanguage, CornerMark, Corners};
 use crate::channel::doubt::{Doubt, Stage};
-use crate::channel::{self, Channel, Failed, Language, Lines, UsualFeed};
+use crate::channel::{Channel, FailedBlock, Language, LineLanguage, UsualFeed};
 use crate::compensation::CompStyle;
 use crate::control::MixedFeed;
 use crate::diagnostic::{Diagnostic, Fault, Span};
@@ -26,115 +25,8 @@ use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
 use crate::{AxisValues, Command, Settings};
 
+pub(super) use super::run_state::{Interpreter, Siemens};
 pub(crate) use calls::missing_subprogram;
-
-/// A program file with its structure.
-pub(crate) type Loaded = channel::Loaded<Index>;
-/// A Siemens program being executed.
-pub(crate) type Interpreter = Channel<Siemens>;
-
-/// Part of a program that a REPEAT with labels repeats.
-#[derive(Debug)]
-pub(crate) struct Repetition {
-    first: Mark,
-    /// A pass is complete when the next line begins here.
-    end: usize,
-    remaining: u32,
-    resume: Mark,
-}
-
-/// What a call level keeps.
-#[derive(Debug, Default)]
-pub(crate) struct CallLevel {
-    repetitions: Vec<Repetition>,
-    /// Parameters by reference: name inside and name outside.
-    references: Vec<(String, Expr)>,
-    saved: Option<Box<Modal>>,
-}
-
-/// A modal call with the values of its arguments.
-#[derive(Clone, Debug)]
-pub(crate) struct ModalCall {
-    pub(crate) call: Call,
-    /// Call level at which it is in force.
-    pub(crate) level: usize,
-    /// File and line of its MCALL.
-    pub(crate) place: (Arc<str>, u32),
-}
-
-impl ModalCall {
-    /// Adds the line of the MCALL, which may contain the cause, to a fault of its cycle. The fault
-    /// itself is located at the block with the position.
-    pub(crate) fn at_call(&self, mut fault: Fault, file: &str) -> Fault {
-        let (own, line) = &self.place;
-        let other = if **own == *file { String::new() } else { format!(" of {own}") };
-        fault.message =
-            format!("{}; the cycle is that of `MCALL {}` in line {line}{other}", fault.message, self.call.name);
-        fault
-    }
-}
-
-/// What an 840D keeps in addition to the modal state; SAVE does not affect it.
-#[derive(Debug, Default)]
-pub(crate) struct Siemens {
-    /// Chamfers and roundings between the motions.
-    pub(crate) corners: Corners,
-    /// The FOR line is reached from its ENDFOR.
-    pub(super) next_pass_of_for: bool,
-    block_numbers: BTreeMap<(Arc<str>, usize, u32, bool), Mark>,
-    /// Settable frames by the G word that calls them.
-    pub(crate) offsets: BTreeMap<String, Frame>,
-    /// Variables of type FRAME; one scope for the whole run.
-    pub(crate) frame_variables: BTreeMap<String, Frame>,
-    /// The first of two lines by their angles waits for the second one.
-    pub(crate) first_line: Option<Box<FirstLine>>,
-    /// A fault took the place of the first of two lines.
-    pub(crate) two_lines_torn: bool,
-    /// Direction of motion at the end of the last motion, work coordinates: for CT.
-    pub(crate) tangent: Option<[f64; 3]>,
-    pub(crate) modal_call: Option<ModalCall>,
-    /// CTOL, mm.
-    pub(crate) contour_tolerance: Option<f64>,
-    /// OTOL, radian.
-    pub(crate) orientation_tolerance: Option<f64>,
-    /// ADIS in the unit of the program.
-    pub(crate) rounding: f64,
-    /// Spline whose end is not known yet.
-    pub(crate) curve: Option<Box<super::splines::Curve>>,
-    /// A block of the curve has failed.
-    pub(crate) curve_torn: bool,
-    /// Pitch of the last thread block, mm, with its sign.
-    pub(crate) pitch: Option<f64>,
-    pub(crate) edge: Option<u32>,
-    /// Coordinates that rapid motions on a turned plane have set while one is still unknown.
-    pub(crate) held: AxisValues,
-    /// Contours that CYCLE62 has called since the last milling of one.
-    pub(crate) contours: Vec<super::contour::Named>,
-    /// A contour has failed at a line whose fault is reported separately.
-    pub(crate) contour_torn: bool,
-    /// A contour is run for its path.
-    pub(crate) in_contour: bool,
-    /// TRAORI.
-    pub(crate) transformed: bool,
-    /// CYCLE800 has swiveled the plane.
-    pub(crate) swiveled: bool,
-    /// The assumption about the reference axis of CYCLE800 has been reported.
-    pub(crate) reference_told: bool,
-    /// Axes of FGROUP, by bits.
-    pub(crate) feed_group: Option<u16>,
-    /// FGREF of A, B, C, mm.
-    pub(crate) feed_reference: [Option<f64>; 3],
-    /// Where the tool points by its last vector, base coordinates.
-    pub(crate) tool_axis: Option<[f64; 3]>,
-    /// TOROT or TOFRAME is in force, in place of the swivel plane.
-    pub(crate) tool_framed: bool,
-}
-
-impl Siemens {
-    pub(crate) fn tcp(&self) -> bool {
-        self.transformed || self.swiveled
-    }
-}
 
 /// The program, before its first block. `folder`: where it lies, if it is a file.
 pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings) -> Interpreter {
@@ -151,7 +43,7 @@ pub(super) fn begin(source: Source, folder: Option<PathBuf>, settings: &Settings
 impl Language for Siemens {
     type Index = Index;
     type Level = CallLevel;
-    type Block = Block;
+    type Block = SiemensBlock;
     /// What the end of a motion needs for its corner.
     type Mark = Option<Box<CornerMark>>;
     type Variables = Variables;
@@ -215,7 +107,7 @@ impl Language for Siemens {
         Some(true)
     }
 
-    fn go_on(channel: &mut Interpreter, failed: &Failed<Index>) -> Option<Doubt> {
+    fn go_on(channel: &mut Interpreter, failed: &FailedBlock<Index>) -> Option<Doubt> {
         Some(recover::go_on(channel, failed))
     }
 
@@ -239,20 +131,20 @@ impl Language for Siemens {
     }
 }
 
-impl Cornering for Siemens {
+impl CornerLanguage for Siemens {
     #[inline]
     fn corners(&mut self) -> &mut Corners {
         &mut self.corners
     }
 }
 
-impl Lines for Siemens {
+impl LineLanguage for Siemens {
     fn run_line(
         channel: &mut Interpreter,
         loaded: &Arc<Loaded>,
         line: &str,
         at: Mark,
-        block: &mut Block,
+        block: &mut SiemensBlock,
     ) -> Result<(), Fault> {
         channel.recovery.faults.stage = Stage::Unread;
         parser::parse_line(line, block)?;
@@ -302,21 +194,31 @@ impl Interpreter {
         Ok(self.variables.number(condition, span)? != 0.0)
     }
 
-    fn statement(&mut self, loaded: &Arc<Loaded>, at: Mark, statement: Statement, span: Span) -> Result<(), Fault> {
+    fn statement(
+        &mut self,
+        loaded: &Arc<Loaded>,
+        at: Mark,
+        statement: SiemensStatement,
+        span: Span,
+    ) -> Result<(), Fault> {
         match statement {
-            Statement::If(condition) => {
+            SiemensStatement::If(condition) => {
                 if !self.truth(&condition, span)? {
                     self.continue_after(loaded, Self::partner(loaded, at, span)?);
                 }
             }
-            Statement::Else => self.continue_after(loaded, Self::partner(loaded, at, span)?),
-            Statement::EndIf | Statement::Repeat | Statement::Loop | Statement::Extern | Statement::Proc { .. } => {}
-            Statement::IfGoto(condition, jump) => {
+            SiemensStatement::Else => self.continue_after(loaded, Self::partner(loaded, at, span)?),
+            SiemensStatement::EndIf
+            | SiemensStatement::Repeat
+            | SiemensStatement::Loop
+            | SiemensStatement::Extern
+            | SiemensStatement::Proc { .. } => {}
+            SiemensStatement::IfGoto(condition, jump) => {
                 if self.truth(&condition, span)? {
                     self.jump(loaded, at, &jump)?;
                 }
             }
-            Statement::For { variable, from, to } => {
+            SiemensStatement::For { variable, from, to } => {
                 let value = if std::mem::take(&mut self.own.next_pass_of_for) {
                     self.variables.number(&variable, span)? + 1.0
                 } else {
@@ -327,38 +229,38 @@ impl Interpreter {
                     self.continue_after(loaded, Self::partner(loaded, at, span)?);
                 }
             }
-            Statement::EndFor => {
+            SiemensStatement::EndFor => {
                 self.count_pass(span)?;
                 self.own.next_pass_of_for = true;
                 self.set_cursor(Self::partner(loaded, at, span)?);
             }
-            Statement::While(condition) => {
+            SiemensStatement::While(condition) => {
                 if !self.truth(&condition, span)? {
                     self.continue_after(loaded, Self::partner(loaded, at, span)?);
                 }
             }
-            Statement::EndWhile => {
+            SiemensStatement::EndWhile => {
                 self.count_pass(span)?;
                 self.set_cursor(Self::partner(loaded, at, span)?);
             }
-            Statement::EndLoop => {
+            SiemensStatement::EndLoop => {
                 self.count_pass(span)?;
                 self.continue_after(loaded, Self::partner(loaded, at, span)?);
             }
-            Statement::Until(condition) => {
+            SiemensStatement::Until(condition) => {
                 if !self.truth(&condition, span)? {
                     self.count_pass(span)?;
                     self.continue_after(loaded, Self::partner(loaded, at, span)?);
                 }
             }
-            Statement::GotoStart => {
+            SiemensStatement::GotoStart => {
                 self.count_pass(span)?;
                 if let Some(level) = self.stack.last_mut() {
                     level.cursor = level.section.start;
                 }
             }
-            Statement::Goto(jump) => self.jump(loaded, at, &jump)?,
-            Statement::Case { selector, branches, default } => {
+            SiemensStatement::Goto(jump) => self.jump(loaded, at, &jump)?,
+            SiemensStatement::Case { selector, branches, default } => {
                 let selector = self.variables.number(&selector, span)?;
                 for (value, jump) in &branches {
                     if self.variables.number(value, span)? == selector {
@@ -369,16 +271,16 @@ impl Interpreter {
                     self.jump(loaded, at, &jump)?;
                 }
             }
-            Statement::RepeatLabel { first, last, count, only_block } => {
+            SiemensStatement::RepeatLabel { first, last, count, only_block } => {
                 self.repeat(loaded, at, &first, last.as_deref(), count.as_ref(), only_block, span)?;
             }
-            Statement::Define { kind, variables } => {
+            SiemensStatement::Define { kind, variables } => {
                 for definition in &variables {
                     self.define(kind, definition)?;
                 }
             }
-            Statement::Return => self.end_or_return(),
-            Statement::ModalCall(call) => {
+            SiemensStatement::Return => self.end_or_return(),
+            SiemensStatement::ModalCall(call) => {
                 self.own.modal_call = match call {
                     None => None,
                     Some(call) => Some(ModalCall {
@@ -388,7 +290,7 @@ impl Interpreter {
                     }),
                 };
             }
-            Statement::CallText(name) => {
+            SiemensStatement::CallText(name) => {
                 let name = eval::shown(&self.variables.eval(&name, span)?).to_ascii_uppercase();
                 let name = name.rsplit(['/', '\\']).next().unwrap_or_default();
                 let name = name.strip_prefix("_N_").unwrap_or(name);

@@ -51,7 +51,7 @@ impl Scale {
 }
 
 /// The cells of a row of stations.
-pub(super) struct Cells {
+pub(super) struct StationCells {
     pub(super) scales: [Scale; 2],
     /// For each stretch between two stations: sums of blocked cells.
     blocked: Vec<Vec<u32>>,
@@ -59,12 +59,12 @@ pub(super) struct Cells {
 
 /// Where a way ends that goes no farther.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Closed {
+pub(super) struct DeadEnd {
     /// The first stretch that nothing passes.
     pub(super) stretch: usize,
 }
 
-impl Cells {
+impl StationCells {
     pub(super) fn new(scales: [Scale; 2]) -> Self {
         Self { scales, blocked: Vec::new() }
     }
@@ -107,7 +107,7 @@ impl Cells {
         last: Option<&[Cell]>,
         times: &[f64],
         velocities: [f64; 2],
-    ) -> Result<Vec<Cell>, Closed> {
+    ) -> Result<Vec<Cell>, DeadEnd> {
         let [turns, tilts] = self.scales.map(|s| s.count);
         let mut costs = vec![f64::INFINITY; turns * tilts];
         match first {
@@ -139,7 +139,7 @@ impl Cells {
                 }
             }
             if next.iter().all(|c| c.is_infinite()) {
-                return Err(Closed { stretch });
+                return Err(DeadEnd { stretch });
             }
             came.push(from);
             costs = next;
@@ -149,7 +149,7 @@ impl Cells {
             None => (0..costs.len()).collect(),
         };
         let end = ends.into_iter().filter(|&i| costs[i].is_finite()).min_by(|&a, &b| costs[a].total_cmp(&costs[b]));
-        let Some(mut at) = end else { return Err(Closed { stretch: times.len().saturating_sub(1) }) };
+        let Some(mut at) = end else { return Err(DeadEnd { stretch: times.len().saturating_sub(1) }) };
         let mut way = vec![[at % turns, at / turns]];
         for from in came.iter().rev() {
             at = from[at] as usize;
@@ -227,9 +227,9 @@ impl StepCosts {
 mod tests {
     use super::*;
 
-    fn open(count: usize, stretches: usize) -> Cells {
+    fn open(count: usize, stretches: usize) -> StationCells {
         let scale = Scale::new([0.0, count as f64], 1.0);
-        let mut cells = Cells::new([scale, scale]);
+        let mut cells = StationCells::new([scale, scale]);
         for _ in 0..stretches {
             cells.push(&vec![vec![true; count]; count]);
         }
@@ -251,7 +251,7 @@ mod tests {
         let count = 12;
         let scale = Scale::new([0.0, count as f64], 1.0);
         for gap in [Some(9), None] {
-            let mut cells = Cells::new([scale, scale]);
+            let mut cells = StationCells::new([scale, scale]);
             for stretch in 0..11 {
                 // From the fifth stretch on a wall runs across the turn.
                 let row = |tilt: usize| (0..count).map(|turn| turn != 6 || Some(tilt) == gap || stretch < 4).collect();
@@ -264,11 +264,11 @@ mod tests {
                 assert!(cells.is_free(stretch, [low, high]) && low[0] <= pair[0][0] && high[1] >= pair[1][1]);
             }
         }
-        let mut cells = Cells::new([scale, scale]);
+        let mut cells = StationCells::new([scale, scale]);
         for stretch in 0..11 {
             cells.push(&vec![vec![stretch != 7; count]; count]);
         }
-        assert_eq!(cells.way(None, None, &[1.0; 11], [2.0; 2]), Err(Closed { stretch: 7 }));
+        assert_eq!(cells.way(None, None, &[1.0; 11], [2.0; 2]), Err(DeadEnd { stretch: 7 }));
     }
 
     /// Against a search over all ways of a small row of random cells.
@@ -282,7 +282,7 @@ mod tests {
         let (mut open, mut shut) = (0, 0);
         for _ in 0..200 {
             let scales = [Scale::new([0.0, 3.0], 1.0), Scale::new([0.0, 4.0], 2.0)];
-            let mut cells = Cells::new(scales);
+            let mut cells = StationCells::new(scales);
             for _ in 0..3 {
                 let row: Vec<Vec<bool>> = (0..2).map(|_| (0..3).map(|_| random() % 3 > 0).collect()).collect();
                 cells.push(&row);

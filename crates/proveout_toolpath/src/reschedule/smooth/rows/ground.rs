@@ -1,9 +1,9 @@
 //! What is free at the stretches of a row: stations, cells, and how far each cell is past the rules.
 
-use super::cells::{Cells, Closed, Scale};
+use super::cells::{DeadEnd, Scale, StationCells};
 use super::freedom::Freedom;
 use super::joints::{Angles, one_turn};
-use super::{RescheduleError, Work};
+use super::{RescheduleError, RowContext};
 
 /// Cells of turn and tilt, radian; the finer ones for the rules of a bull-nose, which leave a few degrees.
 const CELLS: [f64; 2] = [5.0 * std::f64::consts::PI / 180.0, 2.0 * std::f64::consts::PI / 180.0];
@@ -37,7 +37,7 @@ pub(super) struct Ground {
 impl Ground {
     /// Within a band of tilts around those of the program, radian, or over all tilts.
     pub(super) fn new(
-        work: &Work<'_>,
+        work: &RowContext<'_>,
         freedom: &Freedom<'_>,
         course: &[Angles],
         band: Option<f64>,
@@ -50,7 +50,7 @@ impl Ground {
     }
 
     /// About a schedule, in cells of a part of the width of those that it was found in: what is farther from it than two of those is not looked at.
-    pub(super) fn about(work: &Work<'_>, freedom: &Freedom<'_>, angles: &[Angles], coarse: [Scale; 2]) -> Self {
+    pub(super) fn about(work: &RowContext<'_>, freedom: &Freedom<'_>, angles: &[Angles], coarse: [Scale; 2]) -> Self {
         let scales = coarse.map(|s| Scale::new([s.edge(0), s.edge(s.count)], s.step / FINER));
         let nodes = nodes(work, angles.len());
         let near = |pair: &[usize]| {
@@ -76,8 +76,8 @@ impl Ground {
     }
 
     /// Cells that keep the rules by a part of their limits.
-    pub(super) fn cells(&self, margin: f64) -> Cells {
-        let mut cells = Cells::new(self.scales);
+    pub(super) fn cells(&self, margin: f64) -> StationCells {
+        let mut cells = StationCells::new(self.scales);
         for stretch in &self.excess {
             let open = |row: &Vec<f64>| row.iter().map(|excess| *excess <= -margin).collect();
             cells.push(&stretch.iter().map(open).collect::<Vec<Vec<bool>>>());
@@ -87,13 +87,13 @@ impl Ground {
 }
 
 /// Blocks at the stations of a row of so many.
-fn nodes(work: &Work<'_>, count: usize) -> Vec<usize> {
+fn nodes(work: &RowContext<'_>, count: usize) -> Vec<usize> {
     let most = if work.row.rules.is_some() { MOST_JUDGED } else { MOST_STATIONS };
     let stretches = (count - 1).min(most);
     (0..=stretches).map(|k| k * (count - 1) / stretches).collect()
 }
 
-impl Work<'_> {
+impl RowContext<'_> {
     /// Cells of turn and tilt: of the tilt what the limits leave anywhere, within a band around
     /// those of the program where one is given; and where the band ends before the limits do.
     fn scales(
@@ -114,7 +114,7 @@ impl Work<'_> {
         let some = |at: &usize| freedom.some_within(all.edge(*at) + 0.5 * all.step);
         let open: Vec<usize> = (0..all.count).filter(some).collect();
         let (Some(first), Some(last)) = (open.first(), open.last()) else {
-            return Err(self.closed(Closed { stretch: 0 }, &[0, 0], freedom, false));
+            return Err(self.closed(DeadEnd { stretch: 0 }, &[0, 0], freedom, false));
         };
         // The program's own tilts are always included: where they are not free, the block is
         // reported.

@@ -6,7 +6,7 @@
 //! with the least peak of acceleration, then of jerk (`spline_in_corridor.rs`). The largest of all
 //! peaks, as parts of the joints' limits, is then as small as it can be.
 
-use super::super::super::taut::{Gate, free_taut_string};
+use super::super::super::taut::{TautGate, free_taut_string};
 use super::super::spline_in_corridor::Corridor;
 use super::super::{LEAST_SPEED, RAMP, RAMP_PART, VELOCITY_OF_STRING, VELOCITY_USED, at_gates, kept};
 use super::joints::Angles;
@@ -32,7 +32,7 @@ impl Rectangles<'_> {
         }
         let mut ways = [Vec::new(), Vec::new()];
         for (way, gates) in ways.iter_mut().zip(self.gates) {
-            let row = gates.iter().zip(&at).map(|([low, high], s)| Gate { s: *s, low: *low, high: *high });
+            let row = gates.iter().zip(&at).map(|([low, high], s)| TautGate { s: *s, low: *low, high: *high });
             let string = free_taut_string(&row.collect::<Vec<_>>()).ok()?;
             *way = kept(at_gates(&string, &at), gates);
         }

@@ -33,11 +33,11 @@ mod starts;
 use proveout_geom::Vector;
 use proveout_machine::JointValues;
 
-use self::cells::Closed;
+use self::cells::DeadEnd;
 use self::freedom::Freedom;
 use self::joints::{Angles, TwoJoints};
 use self::local::{Rectangles, peaks};
-use self::row::Row;
+use self::row::RowBlocks;
 use self::starts::{EVEN, between};
 use super::super::{CuttingRun, Method, MultiScale, RescheduleError, Rescheduled, Surroundings};
 use super::{GAIN, VELOCITY_GIVEN};
@@ -97,7 +97,7 @@ impl Default for SmoothRows {
 
 /// A schedule that was tried.
 #[derive(Clone, Debug)]
-struct Tried {
+struct RowSchedule {
     angles: Vec<Angles>,
     /// Times of the blocks after the first, by the control where it is known, s.
     times: Vec<f64>,
@@ -108,7 +108,7 @@ struct Tried {
     name: &'static str,
 }
 
-impl Tried {
+impl RowSchedule {
     fn time(&self) -> f64 {
         self.times.iter().sum()
     }
@@ -157,7 +157,7 @@ impl Method for SmoothRows {
             let message = "the machine does not have two rotary joints that turn the tool axis";
             return Err(RescheduleError::new("reschedule-path", first, message, "choose a five-axis machine"));
         };
-        let row = Row::new(self, run, around)?;
+        let row = RowBlocks::new(self, run, around)?;
         let least = row.times(run)?;
         let own = &run.blocks[row.stretch.clone()];
         let mut course = joints.course(run, run.blocks.iter().map(|b| &b.pose.axis))?;
@@ -187,8 +187,14 @@ impl Method for SmoothRows {
             rules: row.rules.as_ref(),
             length: row.arc.last().copied().unwrap_or(0.0),
         };
-        let work =
-            Work { run, around, row: &row, joints: &joints, least: &least, limits: [0, 1].map(|j| joints.limits(j)) };
+        let work = RowContext {
+            run,
+            around,
+            row: &row,
+            joints: &joints,
+            least: &least,
+            limits: [0, 1].map(|j| joints.limits(j)),
+        };
         let mut found = self.starts(&work, &course, &freedom);
         let even = chosen(found.clone()).filter(|best| best.name == EVEN && self.ends == RowEnds::Kept);
         if let Some(ends) = even.and_then(|best| best.ends()) {
@@ -208,16 +214,16 @@ impl Method for SmoothRows {
 }
 
 /// A row with what it is planned in.
-struct Work<'a> {
+struct RowContext<'a> {
     run: &'a CuttingRun,
     around: &'a Surroundings<'a>,
-    row: &'a Row,
+    row: &'a RowBlocks,
     joints: &'a TwoJoints<'a>,
     least: &'a [f64],
     limits: [[f64; 2]; 2],
 }
 
-impl Work<'_> {
+impl RowContext<'_> {
     /// Poses of all blocks for angles of the row; lead-in and lead-out keep to its ends.
     fn poses(&self, angles: &[Angles]) -> (Vec<proveout_geom::ToolPose>, Option<Vec<JointValues>>) {
         let stretch = &self.row.stretch;
@@ -230,7 +236,7 @@ impl Work<'_> {
     }
 
     /// A schedule with its time; infinite where the program cannot say it or the control refuses it.
-    fn tried(&self, angles: Vec<Angles>, name: &'static str) -> Tried {
+    fn tried(&self, angles: Vec<Angles>, name: &'static str) -> RowSchedule {
         let (poses, rotary) = self.poses(&angles);
         let never = vec![f64::INFINITY; self.least.len()];
         let mut whole = None;
@@ -250,7 +256,7 @@ impl Work<'_> {
             }
         };
         let whole = whole.unwrap_or_else(|| times.iter().sum());
-        Tried { effort: self.effort(&angles), angles, times, whole, name }
+        RowSchedule { effort: self.effort(&angles), angles, times, whole, name }
     }
 
     /// Largest acceleration of a schedule over its programmed times, as a part of its joint's limit.
@@ -261,9 +267,14 @@ impl Work<'_> {
     }
 
     /// Schedules in the times that the control takes for the best one, as long as it is slower than the feed wants.
-    fn with_control(&self, gates: &[Vec<[f64; 2]>; 2], found: &[Tried], freedom: &Freedom<'_>) -> Vec<Tried> {
+    fn with_control(
+        &self,
+        gates: &[Vec<[f64; 2]>; 2],
+        found: &[RowSchedule],
+        freedom: &Freedom<'_>,
+    ) -> Vec<RowSchedule> {
         let shortest: f64 = self.least.iter().sum();
-        let mut out: Vec<Tried> = Vec::new();
+        let mut out: Vec<RowSchedule> = Vec::new();
         if self.around.time_law.is_none() {
             return out;
         }
@@ -294,7 +305,7 @@ impl Work<'_> {
         out
     }
 
-    fn closed(&self, closed: Closed, nodes: &[usize], freedom: &Freedom<'_>, kept: bool) -> RescheduleError {
+    fn closed(&self, closed: DeadEnd, nodes: &[usize], freedom: &Freedom<'_>, kept: bool) -> RescheduleError {
         let at = nodes.get(closed.stretch).copied().unwrap_or(0);
         let to = nodes.get(closed.stretch + 1).copied().unwrap_or(at);
         let lean = if freedom.normals.iter().any(Option::is_some) {
@@ -315,8 +326,8 @@ impl Work<'_> {
 }
 
 /// The fastest; of those that are as fast the one with the least peak of acceleration.
-fn chosen(found: Vec<Tried>) -> Option<Tried> {
-    let possible = |t: &Tried| t.time().is_finite() && t.whole.is_finite();
+fn chosen(found: Vec<RowSchedule>) -> Option<RowSchedule> {
+    let possible = |t: &RowSchedule| t.time().is_finite() && t.whole.is_finite();
     let least = found.iter().filter(|t| possible(t)).map(|t| t.whole).fold(f64::INFINITY, f64::min);
     let fast = found.into_iter().filter(|t| possible(t) && t.whole <= least * (1.0 + AS_FAST));
     fast.min_by(|a, b| a.effort.total_cmp(&b.effort))

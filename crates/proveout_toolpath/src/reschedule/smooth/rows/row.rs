@@ -6,7 +6,7 @@ use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::Profile;
 
 use super::super::super::multi_scale::{BullNose, MultiScale, RowRules};
-use super::super::super::touching::{Touching, touching};
+use super::super::super::touching::{TouchOffset, touching};
 use super::super::super::{CuttingRun, RescheduleError, Surroundings};
 use super::SmoothRows;
 use crate::path::PathCutter;
@@ -21,9 +21,9 @@ const BELOW_TOP: f64 = 1e-6;
 const NARROWER: f64 = 1e-6;
 
 /// A row.
-pub(super) struct Row {
+pub(super) struct RowBlocks {
     cutter: PathCutter,
-    touching: Vec<Touching>,
+    touching: Vec<TouchOffset>,
     /// The blocks along the surface; lifts before and after them keep to the ends.
     pub(super) stretch: Range<usize>,
     /// Way along the points that stay, mm.
@@ -32,7 +32,7 @@ pub(super) struct Row {
     pub(super) rules: Option<RowRules>,
 }
 
-impl Row {
+impl RowBlocks {
     pub(super) fn new(
         method: &SmoothRows,
         run: &CuttingRun,
@@ -141,7 +141,7 @@ fn narrows(cutter: &Profile) -> bool {
 }
 
 /// The blocks along the surface: without those at both ends whose contact stays while the tool is lifted.
-fn stretch(all: &[Touching], run: &CuttingRun, around: &Surroundings<'_>, ball: Option<f64>) -> Range<usize> {
+fn stretch(all: &[TouchOffset], run: &CuttingRun, around: &Surroundings<'_>, ball: Option<f64>) -> Range<usize> {
     let contact = |i: usize| match ball {
         Some(_) => around.surface.and_then(|s| s.nearest(&all[i].place.point)).map(|c| c.point),
         None => Some(all[i].place.point),

@@ -1,12 +1,12 @@
 //! The search of a row through cells: near the tilts of the program, in finer cells about what was found, with the ends of the best start.
 
-use super::cells::{Cell, Cells};
+use super::cells::{Cell, StationCells};
 use super::freedom::Freedom;
 use super::ground::{BAND, Ground};
 use super::joints::Angles;
 use super::local::Rectangles;
 use super::starts::EVEN;
-use super::{KEPT, RescheduleError, RowEnds, SmoothRows, Tried, VELOCITY_GIVEN, Work, chosen, put_ends};
+use super::{KEPT, RescheduleError, RowContext, RowEnds, RowSchedule, SmoothRows, VELOCITY_GIVEN, chosen, put_ends};
 
 /// How often rectangles are grown again.
 const ROUNDS: usize = 3;
@@ -14,7 +14,7 @@ const ROUNDS: usize = 3;
 const MARGINS: [f64; 3] = [0.01, 0.025, 0.05];
 
 /// What was planned through cells.
-struct Planned {
+struct CellSchedules {
     /// Schedules with the joints at rest at the ends, where that is possible, and without: of all
     /// rounds those with the least effort.
     angles: Vec<Vec<Angles>>,
@@ -23,7 +23,7 @@ struct Planned {
 }
 
 /// Ends of a row that are given: where it begins, and where it may end.
-struct Ends {
+struct GivenEnds {
     first: Angles,
     last: Vec<Angles>,
 }
@@ -35,10 +35,10 @@ impl SmoothRows {
     /// Why nothing is possible, where nothing was found before either.
     pub(super) fn search(
         &self,
-        work: &Work<'_>,
+        work: &RowContext<'_>,
         course: &[Angles],
         freedom: &Freedom<'_>,
-        found: &mut Vec<Tried>,
+        found: &mut Vec<RowSchedule>,
     ) -> Result<(), RescheduleError> {
         let margins = if work.row.rules.is_some() { &MARGINS[..] } else { &[0.0] };
         let mut refused = None;
@@ -84,7 +84,13 @@ impl SmoothRows {
     }
 
     /// The program's own ends, where they stay: the last axis by both branches, whole turns apart.
-    fn kept_ends(&self, work: &Work<'_>, course: &[Angles], freedom: &Freedom<'_>, ground: &Ground) -> Option<Ends> {
+    fn kept_ends(
+        &self,
+        work: &RowContext<'_>,
+        course: &[Angles],
+        freedom: &Freedom<'_>,
+        ground: &Ground,
+    ) -> Option<GivenEnds> {
         let (RowEnds::Kept, Some(first), Some(axis)) = (self.ends, course.first(), freedom.own.last()) else {
             return None;
         };
@@ -93,23 +99,23 @@ impl SmoothRows {
         if last.is_empty() {
             last.extend(course.last());
         }
-        Some(Ends { first: *first, last })
+        Some(GivenEnds { first: *first, last })
     }
 
     /// The smoothest schedules, and even ones, between the ends of one that was no result of the search.
     fn between_its_ends(
         &self,
-        work: &Work<'_>,
+        work: &RowContext<'_>,
         freedom: &Freedom<'_>,
-        (best, ground): (&Tried, &Ground),
-        found: &mut Vec<Tried>,
+        (best, ground): (&RowSchedule, &Ground),
+        found: &mut Vec<RowSchedule>,
     ) {
         let Some([first, last]) = best.ends() else { return };
         found.extend(self.between_ends(work, freedom, &best.angles));
         if best.name.starts_with("smoothest") {
             return;
         }
-        let ends = Ends { first, last: vec![last] };
+        let ends = GivenEnds { first, last: vec![last] };
         let margins = if work.row.rules.is_some() { &MARGINS[..] } else { &[0.0] };
         for margin in margins {
             let planned = work.planned(freedom, Some(&ends), (ground, *margin));
@@ -123,11 +129,11 @@ impl SmoothRows {
     /// that coarse ones make narrow places narrower.
     fn finer(
         &self,
-        work: &Work<'_>,
+        work: &RowContext<'_>,
         course: &[Angles],
         freedom: &Freedom<'_>,
         coarse: &Ground,
-        found: &mut Vec<Tried>,
+        found: &mut Vec<RowSchedule>,
     ) {
         let Some(best) = chosen(found.clone()).filter(|best| best.name != EVEN) else { return };
         let ground = Ground::about(work, freedom, &best.angles, coarse.scales);
@@ -138,9 +144,9 @@ impl SmoothRows {
     }
 }
 
-impl Work<'_> {
+impl RowContext<'_> {
     /// What of a plan is free, and what follows from it in the times of the control; false where nothing is.
-    fn add(&self, planned: Planned, freedom: &Freedom<'_>, found: &mut Vec<Tried>) -> bool {
+    fn add(&self, planned: CellSchedules, freedom: &Freedom<'_>, found: &mut Vec<RowSchedule>) -> bool {
         let before = found.len();
         let free = planned.angles.into_iter().filter(|angles| freedom.is_free(angles));
         found.extend(free.map(|angles| self.tried(angles, "smoothest")));
@@ -155,9 +161,9 @@ impl Work<'_> {
     fn planned(
         &self,
         freedom: &Freedom<'_>,
-        ends: Option<&Ends>,
+        ends: Option<&GivenEnds>,
         (ground, margin): (&Ground, f64),
-    ) -> Result<Planned, RescheduleError> {
+    ) -> Result<CellSchedules, RescheduleError> {
         let Ground { scales, nodes, .. } = ground;
         let cells = ground.cells(margin);
         let times: Vec<f64> = nodes.windows(2).map(|p| self.least[p[0]..p[1]].iter().sum()).collect();
@@ -174,7 +180,7 @@ impl Work<'_> {
         });
         let fixed = [ends.map(|e| e.first), end];
         let mut rectangles: Vec<[Cell; 2]> = way.windows(2).map(|w| [w[0], w[1]]).collect();
-        let mut planned = Planned { angles: Vec::new(), gates: [Vec::new(), Vec::new()] };
+        let mut planned = CellSchedules { angles: Vec::new(), gates: [Vec::new(), Vec::new()] };
         let mut least: [Option<(f64, Vec<Angles>)>; 2] = [None, None];
         for _ in 0..ROUNDS {
             for (stretch, rectangle) in rectangles.iter_mut().enumerate() {
@@ -211,7 +217,12 @@ impl Work<'_> {
 }
 
 /// Gates at the blocks from rectangles of the stretches between nodes, with ends that are fixed.
-fn gates(cells: &Cells, rectangles: &[[Cell; 2]], nodes: &[usize], fixed: [Option<Angles>; 2]) -> [Vec<[f64; 2]>; 2] {
+fn gates(
+    cells: &StationCells,
+    rectangles: &[[Cell; 2]],
+    nodes: &[usize],
+    fixed: [Option<Angles>; 2],
+) -> [Vec<[f64; 2]>; 2] {
     let n = nodes.last().copied().unwrap_or(0) + 1;
     let mut gates = [vec![[f64::NEG_INFINITY, f64::INFINITY]; n], vec![[f64::NEG_INFINITY, f64::INFINITY]; n]];
     for (rectangle, pair) in rectangles.iter().zip(nodes.windows(2)) {

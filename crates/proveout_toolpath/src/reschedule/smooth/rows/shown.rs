@@ -4,7 +4,7 @@ use super::super::super::{Curve, CurveKind, Figure, Quantity, Rescheduled, Study
 use super::freedom::Freedom;
 use super::joints::Angles;
 use super::local::peaks;
-use super::{Tried, Work};
+use super::{RowContext, RowSchedule};
 
 /// Names of curves and figures of the turn and the tilt.
 const SHOWN: [[&str; 5]; 2] = [
@@ -24,8 +24,8 @@ const SHOWN: [[&str; 5]; 2] = [
     ],
 ];
 
-impl Work<'_> {
-    pub(super) fn handed_out(&self, best: &Tried, course: &[Angles], freedom: &Freedom<'_>) -> Rescheduled {
+impl RowContext<'_> {
+    pub(super) fn handed_out(&self, best: &RowSchedule, course: &[Angles], freedom: &Freedom<'_>) -> Rescheduled {
         let (poses, rotary) = self.poses(&best.angles);
         let mut study = Study::default();
         let length = Quantity { name: "path length of what stays", unit: "mm" };

@@ -5,7 +5,7 @@ use super::freedom::Freedom;
 use super::ground::BESIDE;
 use super::joints::{Angles, one_turn};
 use super::local::Rectangles;
-use super::{KEPT, RowEnds, SmoothRows, Tried, VELOCITY_GIVEN, Work, put_ends};
+use super::{KEPT, RowContext, RowEnds, RowSchedule, SmoothRows, VELOCITY_GIVEN, put_ends};
 
 /// Name of schedules that turn evenly from end to end.
 pub(super) const EVEN: &str = "smoothest, even";
@@ -15,7 +15,7 @@ const SAME_AXIS: f64 = 1e-6;
 impl SmoothRows {
     /// The program before, what published methods for such rows make of it, and even turns between its ends, as far as the ends keep what they must and every
     /// block is free.
-    pub(super) fn starts(&self, work: &Work<'_>, course: &[Angles], freedom: &Freedom<'_>) -> Vec<Tried> {
+    pub(super) fn starts(&self, work: &RowContext<'_>, course: &[Angles], freedom: &Freedom<'_>) -> Vec<RowSchedule> {
         let mut all = vec![("program before", course.to_vec())];
         all.extend(self.published(work, course));
         if let (Some(first), Some(axis)) = (course.first(), freedom.own.last()) {
@@ -38,14 +38,19 @@ impl SmoothRows {
     }
 
     /// Even turns between the ends of a schedule, where these may move.
-    pub(super) fn between_ends(&self, work: &Work<'_>, freedom: &Freedom<'_>, angles: &[Angles]) -> Vec<Tried> {
+    pub(super) fn between_ends(
+        &self,
+        work: &RowContext<'_>,
+        freedom: &Freedom<'_>,
+        angles: &[Angles],
+    ) -> Vec<RowSchedule> {
         let (Some(first), Some(last), RowEnds::Free) = (angles.first(), angles.last(), self.ends) else {
             return Vec::new();
         };
         free(work, freedom, evens(work, [*first, *last]).into_iter().map(|angles| (EVEN, angles)).collect())
     }
 
-    fn published(&self, work: &Work<'_>, course: &[Angles]) -> Vec<(&'static str, Vec<Angles>)> {
+    fn published(&self, work: &RowContext<'_>, course: &[Angles]) -> Vec<(&'static str, Vec<Angles>)> {
         let made = |method: &dyn Method| {
             let made = method.reschedule(work.run, work.around).ok()?;
             Some((method.name(), made.poses, made.rotary))
@@ -78,14 +83,14 @@ impl SmoothRows {
 }
 
 /// Those that are free, with their times.
-fn free(work: &Work<'_>, freedom: &Freedom<'_>, all: Vec<(&'static str, Vec<Angles>)>) -> Vec<Tried> {
+fn free(work: &RowContext<'_>, freedom: &Freedom<'_>, all: Vec<(&'static str, Vec<Angles>)>) -> Vec<RowSchedule> {
     let free = all.into_iter().filter(|(_, angles)| freedom.is_free(angles));
     free.map(|(name, angles)| work.tried(angles, name)).collect()
 }
 
 /// From one end to the other in proportion to time, and with ramps where the joints are at rest at
 /// the ends.
-pub(super) fn evens(work: &Work<'_>, [first, last]: [Angles; 2]) -> Vec<Vec<Angles>> {
+pub(super) fn evens(work: &RowContext<'_>, [first, last]: [Angles; 2]) -> Vec<Vec<Angles>> {
     let total: f64 = work.least.iter().sum();
     let mut at = vec![0.0];
     at.extend(work.least.iter().scan(0.0, |sum, t| {

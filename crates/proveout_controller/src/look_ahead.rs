@@ -14,7 +14,8 @@
 //! ```
 //!
 //! 1. *Forward chain*, from left to right. From an anchor (cell border, speed, zero acceleration) the hardest
-//!    acceleration (`rush`) is followed as long as it keeps below every V; rates are the smallest of the cells passed.
+//!    acceleration (`max_speed_after`) is followed as long as it keeps below every V; rates are the smallest of the
+//!    cells passed.
 //!    From the first cell whose V it would pass, the lowest V since is the speed at which the ramp must end; the next
 //!    anchor is the end of the cell where a ramp with zero final acceleration gets there. A cell with other rates may
 //!    close the ramp before it begins, if that gives the higher speed after it. Where V falls, the chain falls at once.
@@ -34,13 +35,13 @@
 //! a ramp takes the smallest rates of the cells that it passes. What that costs, `retime.rs` takes back.
 
 use crate::{
+    jerk_ramp::{Rates, max_speed_after, peak_speed, ramp_distance, reach},
     profile::{Cursor, Law},
-    scurve::{Rates, peak_speed, ramp_distance, reach, rush},
 };
 
 /// Limits along the path parameter within one cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Cell {
+pub(crate) struct SpeedCell {
     /// Length along the path parameter, above zero.
     pub(crate) length: f64,
     /// Highest speed V; finite.
@@ -56,7 +57,7 @@ const REST: f64 = 1e-12;
 
 /// A stretch of a chain: ramp from `v[0]` at border `from`, then constant `v[1]` up to border `to`.
 #[derive(Clone, Copy, Debug)]
-struct Leg {
+struct ChainLeg {
     from: usize,
     to: usize,
     v: [f64; 2],
@@ -64,8 +65,8 @@ struct Leg {
 }
 
 /// Forward chain over `cells`; `s` are the borders measured in the direction of the walk.
-fn chain(cells: impl Fn(usize) -> Cell, s: &dyn Fn(usize) -> f64, n: usize, v_start: f64) -> Vec<Leg> {
-    let mut legs: Vec<Leg> = Vec::new();
+fn chain(cells: impl Fn(usize) -> SpeedCell, s: &dyn Fn(usize) -> f64, n: usize, v_start: f64) -> Vec<ChainLeg> {
+    let mut legs: Vec<ChainLeg> = Vec::new();
     let (mut from, mut v, mut rates) = (0_usize, v_start, Rates::FREE);
     // Lowest V since the hardest acceleration could pass one: the speed at which the ramp under way must end.
     let mut ceiling = f64::INFINITY;
@@ -86,17 +87,17 @@ fn chain(cells: impl Fn(usize) -> Cell, s: &dyn Fn(usize) -> f64, n: usize, v_st
                     && reach(at_border.min(cell.speed), cell.length, cell.rates).min(cell.speed)
                         > reach(v, d1, joint).min(cell.speed) * (1.0 + SAME));
             if close_before {
-                legs.push(Leg { from, to: k, v: [v, at_border], rates });
+                legs.push(ChainLeg { from, to: k, v: [v, at_border], rates });
                 from = k;
                 v = at_border;
                 continue;
             }
         }
         rates = joint;
-        if ceiling.is_finite() || rush(v, d1, rates) > cell.speed {
+        if ceiling.is_finite() || max_speed_after(v, d1, rates) > cell.speed {
             ceiling = ceiling.min(cell.speed);
             if reach(v, d1, rates) >= ceiling {
-                legs.push(Leg { from, to: k + 1, v: [v, ceiling], rates });
+                legs.push(ChainLeg { from, to: k + 1, v: [v, ceiling], rates });
                 from = k + 1;
                 v = ceiling;
             }
@@ -105,19 +106,19 @@ fn chain(cells: impl Fn(usize) -> Cell, s: &dyn Fn(usize) -> f64, n: usize, v_st
     }
     if from < n {
         let end = reach(v, s(n) - s(from), rates);
-        legs.push(Leg { from, to: n, v: [v, end], rates });
+        legs.push(ChainLeg { from, to: n, v: [v, end], rates });
     }
     legs
 }
 
 /// Speed of a chain's leg at a distance after its anchor: on the ramp or on the plateau.
-fn leg_speed(leg: &Leg, distance: f64) -> f64 {
+fn leg_speed(leg: &ChainLeg, distance: f64) -> f64 {
     let d = ramp_distance(leg.v[0], leg.v[1], leg.rates);
     if distance >= d {
         return leg.v[1];
     }
-    // The first half of the ramp is the rush; the second half is its point reflection in time. Its speed is found by
-    // bisection in time over the phases.
+    // The first half of the ramp is `max_speed_after`; the second half is its point reflection in time.
+    // Its speed is found by bisection in time over the phases.
     let mut law = Law::default();
     law.push_move([0.0, d], [leg.v[0], leg.v[1], leg.v[1]], leg.rates, leg.rates);
     let mut cursor = Cursor::default();
@@ -127,7 +128,7 @@ fn leg_speed(leg: &Leg, distance: f64) -> f64 {
 
 /// A point of the law with zero acceleration at a cell border.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Node {
+pub(crate) struct SpeedNode {
     /// Border: 0 is the start of the first cell.
     pub(crate) border: usize,
     /// Speed.
@@ -139,7 +140,7 @@ pub(crate) struct Node {
     leg_in: Option<usize>,
 }
 
-impl Node {
+impl SpeedNode {
     /// Standstill at the end of the last of `cells` cells.
     pub(crate) fn end(cells: usize) -> Self {
         Self { border: cells, speed: 0.0, shared: true, leg_out: None, leg_in: None }
@@ -148,7 +149,7 @@ impl Node {
 
 /// Ramp, cruise and ramp between two nodes.
 #[derive(Clone, Copy, Debug)]
-struct Link {
+struct NodeLink {
     ceiling: f64,
     up: Rates,
     down: Rates,
@@ -156,15 +157,15 @@ struct Link {
 
 /// A planned stretch.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Plan {
-    nodes: Vec<Node>,
-    links: Vec<Link>,
+pub(crate) struct SpeedPlan {
+    nodes: Vec<SpeedNode>,
+    links: Vec<NodeLink>,
 }
 
-impl Plan {
+impl SpeedPlan {
     /// Plans from speed `v_start` at the start of the first cell to speed `v_end` at the end of the last, both with zero
     /// acceleration. `borders` has one entry more than `cells`.
-    pub(crate) fn new(cells: &[Cell], borders: &[f64], [v_start, v_end]: [f64; 2]) -> Self {
+    pub(crate) fn new(cells: &[SpeedCell], borders: &[f64], [v_start, v_end]: [f64; 2]) -> Self {
         let n = cells.len();
         if n == 0 {
             return Self::default();
@@ -172,17 +173,17 @@ impl Plan {
         let forward = chain(|k| cells[k], &|k| borders[k], n, v_start);
         let mirrored = chain(|k| cells[n - 1 - k], &|k| borders[n] - borders[n - k], n, v_end);
         // The mirrored legs in the sense of travel: plateau at v[0] from `from`, then ramp down to v[1] at `to`.
-        let backward: Vec<Leg> = mirrored
+        let backward: Vec<ChainLeg> = mirrored
             .iter()
             .rev()
-            .map(|l| Leg { from: n - l.to, to: n - l.from, v: [l.v[1], l.v[0]], rates: l.rates })
+            .map(|l| ChainLeg { from: n - l.to, to: n - l.from, v: [l.v[1], l.v[0]], rates: l.rates })
             .collect();
         let nodes = nodes(&forward, &backward, borders, [v_start, v_end]);
         join(&nodes, &forward, &backward, borders)
     }
 
     /// Last node that splits the plan into independent parts, at or before `border`, and not the first node.
-    pub(crate) fn split_before(&self, border: usize) -> Option<Node> {
+    pub(crate) fn split_before(&self, border: usize) -> Option<SpeedNode> {
         self.nodes.iter().skip(1).rev().find(|n| n.shared && n.border <= border).copied()
     }
 
@@ -203,9 +204,9 @@ impl Plan {
 }
 
 /// Nodes of min(f, w), in the order of the path.
-fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], [v_start, v_end]: [f64; 2]) -> Vec<Node> {
+fn nodes(forward: &[ChainLeg], backward: &[ChainLeg], borders: &[f64], [v_start, v_end]: [f64; 2]) -> Vec<SpeedNode> {
     let last = borders.len() - 1;
-    let mut nodes: Vec<Node> = Vec::with_capacity(forward.len() + backward.len());
+    let mut nodes: Vec<SpeedNode> = Vec::with_capacity(forward.len() + backward.len());
     let (mut i, mut k) = (0, 0); // leg of f that leaves, leg of w that arrives behind, the border under view
     let mut border = 0;
     loop {
@@ -224,7 +225,7 @@ fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], [v_start, v_end]: [
         let w_speed = if border == last {
             v_end
         } else {
-            let mirrored = Leg { v: [w.v[1], w.v[0]], ..*w };
+            let mirrored = ChainLeg { v: [w.v[1], w.v[0]], ..*w };
             let ahead = leg_speed(&mirrored, borders[w.to] - borders[border]);
             // At a border between two legs of w, the lower of both sides is the speed of w.
             if on_w && k > 0 { ahead.min(backward[k - 1].v[1]) } else { ahead }
@@ -236,7 +237,7 @@ fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], [v_start, v_end]: [
             let speed = if first { v_start } else { f_speed.min(w_speed) };
             let takes_f = first || (on_f && f_low);
             let takes_w = border == last || (on_w && w_low);
-            nodes.push(Node {
+            nodes.push(SpeedNode {
                 border,
                 speed,
                 shared: first || border == last || (on_f && on_w && f_low && w_low),
@@ -254,14 +255,14 @@ fn nodes(forward: &[Leg], backward: &[Leg], borders: &[f64], [v_start, v_end]: [
 }
 
 /// Connects the nodes; gives up the higher of two nodes whose ramps do not fit between them.
-fn join(nodes: &[Node], forward: &[Leg], backward: &[Leg], borders: &[f64]) -> Plan {
-    let mut kept: Vec<Node> = Vec::with_capacity(nodes.len());
-    let mut links: Vec<Link> = Vec::with_capacity(nodes.len());
+fn join(nodes: &[SpeedNode], forward: &[ChainLeg], backward: &[ChainLeg], borders: &[f64]) -> SpeedPlan {
+    let mut kept: Vec<SpeedNode> = Vec::with_capacity(nodes.len());
+    let mut links: Vec<NodeLink> = Vec::with_capacity(nodes.len());
     let mut iter = nodes.iter().copied();
-    let Some(first) = iter.next() else { return Plan::default() };
+    let Some(first) = iter.next() else { return SpeedPlan::default() };
     kept.push(first);
-    let mut extra = Link { ceiling: f64::INFINITY, up: Rates::FREE, down: Rates::FREE };
-    let rest: Vec<Node> = iter.collect();
+    let mut extra = NodeLink { ceiling: f64::INFINITY, up: Rates::FREE, down: Rates::FREE };
+    let rest: Vec<SpeedNode> = iter.collect();
     let mut r = 0;
     while r < rest.len() {
         let (left, right) = (kept[kept.len() - 1], rest[r]);
@@ -275,15 +276,15 @@ fn join(nodes: &[Node], forward: &[Leg], backward: &[Leg], borders: &[f64]) -> P
         if fits || (left.shared && right.shared) {
             kept.push(right);
             links.push(link);
-            extra = Link { ceiling: f64::INFINITY, up: Rates::FREE, down: Rates::FREE };
+            extra = NodeLink { ceiling: f64::INFINITY, up: Rates::FREE, down: Rates::FREE };
             r += 1;
         } else if left.speed <= right.speed && !right.shared {
-            extra = Link { ceiling: link.ceiling.min(right.speed), up: link.up, down: link.down };
+            extra = NodeLink { ceiling: link.ceiling.min(right.speed), up: link.up, down: link.down };
             r += 1;
         } else if !left.shared && kept.len() > 1 {
             kept.pop();
             let before = links.pop().unwrap_or(link);
-            extra = Link {
+            extra = NodeLink {
                 ceiling: link.ceiling.min(left.speed),
                 up: link.up.min(before.up),
                 down: link.down.min(before.down),
@@ -292,26 +293,26 @@ fn join(nodes: &[Node], forward: &[Leg], backward: &[Leg], borders: &[f64]) -> P
             // Only rounding leads here: the ramp is compressed by a few parts in 1e9.
             kept.push(right);
             links.push(link);
-            extra = Link { ceiling: f64::INFINITY, up: Rates::FREE, down: Rates::FREE };
+            extra = NodeLink { ceiling: f64::INFINITY, up: Rates::FREE, down: Rates::FREE };
             r += 1;
         }
     }
-    Plan { nodes: kept, links }
+    SpeedPlan { nodes: kept, links }
 }
 
-fn merge(a: Link, b: Link) -> Link {
-    Link { ceiling: a.ceiling.min(b.ceiling), up: a.up.min(b.up), down: a.down.min(b.down) }
+fn merge(a: NodeLink, b: NodeLink) -> NodeLink {
+    NodeLink { ceiling: a.ceiling.min(b.ceiling), up: a.up.min(b.up), down: a.down.min(b.down) }
 }
 
 /// The link between two neighboring nodes, from the legs that leave the left one and arrive at the right one.
-fn direct_link(left: &Node, right: &Node, forward: &[Leg], backward: &[Leg]) -> Link {
+fn direct_link(left: &SpeedNode, right: &SpeedNode, forward: &[ChainLeg], backward: &[ChainLeg]) -> NodeLink {
     let up = left.leg_out.map(|i| &forward[i]);
     let down = right.leg_in.map(|k| &backward[k]);
     let floor = left.speed.max(right.speed);
     match (up, down) {
-        (Some(f), Some(w)) => Link { ceiling: f.v[1].min(w.v[0]).max(floor), up: f.rates, down: w.rates },
-        (Some(f), None) => Link { ceiling: f.v[1].max(floor), up: f.rates, down: f.rates },
-        (None, Some(w)) => Link { ceiling: w.v[0].max(floor), up: w.rates, down: w.rates },
-        (None, None) => Link { ceiling: floor, up: Rates::FREE, down: Rates::FREE },
+        (Some(f), Some(w)) => NodeLink { ceiling: f.v[1].min(w.v[0]).max(floor), up: f.rates, down: w.rates },
+        (Some(f), None) => NodeLink { ceiling: f.v[1].max(floor), up: f.rates, down: f.rates },
+        (None, Some(w)) => NodeLink { ceiling: w.v[0].max(floor), up: w.rates, down: w.rates },
+        (None, None) => NodeLink { ceiling: floor, up: Rates::FREE, down: Rates::FREE },
     }
 }

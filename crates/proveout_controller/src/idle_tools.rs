@@ -18,7 +18,7 @@ use crate::output::{Chunk, Event, MoveKind, Piece};
 
 /// A tool that nothing has moved since it came.
 #[derive(Clone, Copy, Debug)]
-struct Still {
+struct IdleTool {
     tool: usize,
     block: u32,
     time: f64,
@@ -26,13 +26,13 @@ struct Still {
 
 /// Follows the stream of a run.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Standing {
-    still: Option<Still>,
+pub(crate) struct IdleTools {
+    still: Option<IdleTool>,
     /// Where the last piece of motion ended.
     joints: JointValues,
 }
 
-impl Standing {
+impl IdleTools {
     /// Before the first motion.
     pub(crate) fn at(joints: JointValues) -> Self {
         Self { still: None, joints }
@@ -44,7 +44,7 @@ impl Standing {
         let mut at = 0;
         for event in &chunk.events {
             let next = match *event {
-                Event::ToolChange { time, block, tool } => tool.map(|tool| Still { tool, block, time }),
+                Event::ToolChange { time, block, tool } => tool.map(|tool| IdleTool { tool, block, time }),
                 Event::End { .. } | Event::Ended { .. } => None,
                 _ => continue,
             };

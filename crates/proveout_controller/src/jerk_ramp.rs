@@ -95,7 +95,7 @@ pub(crate) fn reach(v0: f64, distance: f64, r: Rates) -> f64 {
 
 /// Speed after `distance` of the hardest acceleration from `v0`: jerk up to the full acceleration, which then stays on.
 /// An upper bound for every motion that leaves `v0` with zero acceleration.
-pub(crate) fn rush(v0: f64, distance: f64, r: Rates) -> f64 {
+pub(crate) fn max_speed_after(v0: f64, distance: f64, r: Rates) -> f64 {
     if distance <= 0.0 {
         return v0;
     }
@@ -218,7 +218,7 @@ mod tests {
                 let d = ramp_distance(v0, v1, r);
                 assert!((x1 + x2 + x3 - d).abs() <= 1e-12 * d);
                 assert!((reach(v0, d, r) - v1).abs() <= 1e-9 * v1, "{r:?} {v0} {v1} {}", reach(v0, d, r));
-                assert!(rush(v0, d, r) >= v1 * (1.0 - 1e-12));
+                assert!(max_speed_after(v0, d, r) >= v1 * (1.0 - 1e-12));
             }
         }
     }
@@ -235,7 +235,7 @@ mod tests {
                 a = next;
             }
             // The steps cut the corner at the full acceleration: error A dt.
-            assert!((rush(v0, s, R) - v).abs() < 0.01, "{} {v}", rush(v0, s, R));
+            assert!((max_speed_after(v0, s, R) - v).abs() < 0.01, "{} {v}", max_speed_after(v0, s, R));
         }
     }
 

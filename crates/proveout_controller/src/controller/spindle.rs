@@ -1,71 +1,29 @@
-//! Motions of cycles: threads, probing, splines, retraction.
+//! The spindle, and the threads whose motion it paces.
 //!
 //! *Thread.* The path runs in proportion to the angle of the spindle: feed = pitch x speed, without any override. The
 //! spindle follows the axis while it starts and stops (rigid tapping), so that the pitch holds over the whole stroke; the
 //! wait for the spindle's index mark at the begin of a thread, up to one revolution, is not counted. A direction that the
 //! cycle sets counts for the stroke alone; what the program asked for comes back with the next motion. A change of the
 //! direction takes the start time of the spindle, from one sense to the other twice that (it brakes and starts).
-//!
-//! *Probe.* Runs as a straight motion to its end: what the probe would find is not known.
 
-use proveout_nc::{
-    Command, Location, Override, ProbeMotion, Retract, Spindle, SpindleDirection, SplineMotion, ThreadMotion,
-};
+use proveout_nc::{Command, Location, Spindle, SpindleDirection, ThreadMotion};
 
-use super::Controller;
+use super::{Controller, pace::Pace};
 use crate::{
     error::ControlError,
     mapping::Mapping,
     motion::BlockPath,
-    output::{Event, LimitKind, MoveKind},
+    output::{Event, LimitKind},
 };
 
 /// By how much a thread may pass a joint's velocity by rounding, part of it.
 const ROUNDING: f64 = 1e-9;
-
-/// What paces a motion.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Pace {
-    Rapid,
-    /// Feed of the program with its override.
-    Feed,
-    /// Like feed, and ends with a stop and the event of a probe.
-    Probe,
-    /// Coupled to the spindle: this feed, mm/s, exactly.
-    Thread {
-        feed: f64,
-        /// A stroke of a cycle with its own sense of rotation: it ends with a stop.
-        stroke: bool,
-    },
-}
-
-impl Pace {
-    pub(super) fn kind(self) -> MoveKind {
-        if self == Self::Rapid { MoveKind::Rapid } else { MoveKind::Feed }
-    }
-}
 
 impl<E, I> Controller<'_, I>
 where
     E: std::error::Error + 'static,
     I: Iterator<Item = Result<Command, E>>,
 {
-    pub(super) fn spline(&mut self, spline: &SplineMotion, location: &Location) -> Result<(), Box<ControlError>> {
-        let (mapping, path) = {
-            let context = self.context(spline.motion.machine_coordinates, location);
-            (context.mapping, context.spline(spline, &self.state.position)?)
-        };
-        self.motion(&spline.motion, Pace::Feed, location, mapping, path)
-    }
-
-    pub(super) fn probe(&mut self, probe: &ProbeMotion, location: &Location) -> Result<(), Box<ControlError>> {
-        let (mapping, path) = {
-            let context = self.context(probe.motion.machine_coordinates, location);
-            (context.mapping, context.straight(&probe.motion, &self.state.position)?)
-        };
-        self.motion(&probe.motion, Pace::Probe, location, mapping, path)
-    }
-
     pub(super) fn thread(&mut self, thread: &ThreadMotion, location: &Location) -> Result<(), Box<ControlError>> {
         let fail = |message: String, help: &str| Box::new(ControlError::at(location, "control-thread", message, help));
         let (mapping, path) = {
@@ -189,30 +147,5 @@ where
                 self.announce(Event::Limit { time: 0.0, block, joint: None, value: speed, limit, kind });
             }
         }
-    }
-
-    /// Factor of the programmed feed from here on.
-    pub(super) fn feed_override(&mut self, change: Override, location: &Location) -> Result<(), Box<ControlError>> {
-        if !(change.feed > 0.0 && change.feed.is_finite()) {
-            let message = format!("a feed override of {} percent", change.feed * 100.0);
-            let help = "program an override above zero";
-            return Err(Box::new(ControlError::at(location, "control-feed", message, help)));
-        }
-        self.state.feed_override = change.feed;
-        Ok(())
-    }
-
-    /// Retracts along the tool axis away from the workpiece, with a stop before and after.
-    pub(super) fn retract(&mut self, retract: Retract, location: &Location) -> Result<(), Box<ControlError>> {
-        let (mapping, path) = {
-            let context = self.context(false, location);
-            (context.mapping, context.retract(retract.distance, &self.state.position)?)
-        };
-        let pace = if retract.rapid { Pace::Rapid } else { Pace::Feed };
-        self.stop_run();
-        self.move_along(pace, location, mapping, path, true)?;
-        self.stop_run();
-        self.forget_linear();
-        Ok(())
     }
 }

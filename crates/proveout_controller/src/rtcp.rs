@@ -28,7 +28,7 @@ use crate::{
 /// Volume of three unit directions below which they are in a plane.
 const IN_A_PLANE: f64 = 1e-9;
 
-struct Link {
+struct RigLink {
     joint: usize,
     rotary: bool,
     /// Unit direction times sense.
@@ -40,8 +40,8 @@ struct Link {
 
 /// The two chains of a machine, prepared for task coordinates.
 pub(crate) struct Rig {
-    tool: Vec<Link>,
-    work: Vec<Link>,
+    tool: Vec<RigLink>,
+    work: Vec<RigLink>,
     gauge_pose: Pose,
     /// From a point to the followed linear joints, where no rotary joint turns their directions.
     inverse: Option<Matrix3<f64>>,
@@ -70,7 +70,7 @@ impl Rig {
         let link = |&joint: &usize| {
             let j = &machine.joints[joint];
             let direction = j.direction * j.sense;
-            Link { joint, rotary: j.is_rotary(), direction, point: j.point.coords, shift: j.turn_shift.map(|s| s.0) }
+            RigLink { joint, rotary: j.is_rotary(), direction, point: j.point.coords, shift: j.turn_shift.map(|s| s.0) }
         };
         let rig = Self {
             tool: machine.tool_chain.iter().map(link).collect(),
@@ -163,7 +163,7 @@ impl Rig {
     #[inline]
     fn run<const N: usize>(
         &self,
-        chain: &[Link],
+        chain: &[RigLink],
         mut p: VectorJet<N>,
         task: &JointJet,
     ) -> (VectorJet<N>, [VectorJet<N>; 3]) {
@@ -207,7 +207,7 @@ impl Rig {
     /// the chord of the rest is no longer than its arc.
     pub(crate) fn slack(&self, task: &JointValues, length: f64, tip: f64, angle: f64) -> Option<[f64; 3]> {
         let inverse = self.inverse.as_ref()?;
-        let carried = |chain: &[Link], start: Vector, off: f64| {
+        let carried = |chain: &[RigLink], start: Vector, off: f64| {
             let (mut p, mut off) = (start, off);
             for link in chain.iter().rev() {
                 if link.rotary {

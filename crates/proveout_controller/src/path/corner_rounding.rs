@@ -2,7 +2,7 @@
 
 use proveout_machine::{JointKind, JointValues, Machine};
 
-use super::{Frame, PathBlock, SHORT, Tolerance, Way, fit::Kink, reversal::reverses};
+use super::{PathBlock, PathContext, SHORT, Tolerance, WayMeasure, fit::Kink, reversal::reverses};
 use crate::{jet::JointJet, output::MoveKind, shape::Quintic};
 
 /// Half width of a blend below which the control stops in the corner, as part of the shorter block: the blend would be
@@ -28,7 +28,7 @@ const BENT: f64 = 1e-9;
 /// Least half width of a kink, part of the largest slope of a joint, and what that counts for at least.
 const SOME_WIDTH: [f64; 2] = [1e-3, 1e-3];
 
-pub(super) enum Corner {
+pub(super) enum CornerRounding {
     /// Value, slope and curvature agree: nothing to do.
     Smooth,
     Blend {
@@ -42,12 +42,17 @@ pub(super) enum Corner {
 }
 
 /// What to do with the corner at the end of block `a`, which has this running number.
-pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &PathBlock, tolerance: Tolerance) -> Corner {
+pub(super) fn corner(
+    frame: &PathContext<'_>,
+    (number, a): (u64, &PathBlock),
+    b: &PathBlock,
+    tolerance: Tolerance,
+) -> CornerRounding {
     // What a chord has taken of its block's tolerance is missing at both of its ends.
     let tolerance = b.corner.filter(|_| b.chord.is_some()).map_or(tolerance, |other| tolerance.min(other));
     let (end, start) = (a.course().jet(a.length), b.course().jet(0.0));
     if reverses(frame, [a.tip_moves, b.tip_moves], &end, &start) {
-        return Corner::Stop;
+        return CornerRounding::Stop;
     }
     let slope = start.first() - end.first();
     let bend = start.second() - end.second();
@@ -55,7 +60,7 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
     let scale = end.first().max_abs().max(start.first().max_abs());
     let kinked = slope.max_abs() > KINKED * scale;
     if a.is_rapid() != b.is_rapid() && (kinked || !lines) {
-        return Corner::Stop;
+        return CornerRounding::Stop;
     }
     let feeds = a.kind == MoveKind::Feed && b.kind == MoveKind::Feed && a.tip_moves == b.tip_moves;
     let longest = a.length.max(b.length);
@@ -64,15 +69,15 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
         let none = Tolerance { tip: 0.0, angle: 0.0 };
         let slopes = [end.first(), JointValues::ZERO];
         let kink = Kink::new((number, b.s0), slopes, none, f64::INFINITY, (tolerance, short));
-        return Corner::Kink(Box::new(kink));
+        return CornerRounding::Kink(Box::new(kink));
     }
     if !kinked && (lines || bend.max_abs() < BENT * end.second().max_abs().max(start.second().max_abs())) {
-        return Corner::Smooth;
+        return CornerRounding::Smooth;
     }
     let machine = frame.kinematics.machine;
     let room = 0.5 * a.length.min(b.length);
     let feed = a.feed.min(b.feed);
-    let way = Way::of([a.tip_moves, b.tip_moves]);
+    let way = WayMeasure::of([a.tip_moves, b.tip_moves]);
     let need = needed_half_width(frame, (way, &end, &start), feed, a.is_rapid() && b.is_rapid());
     let mut d = room.min(need);
     if kinked {
@@ -81,7 +86,7 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
     }
     if lines {
         if d.is_nan() || d <= NARROWEST * room {
-            return Corner::Stop;
+            return CornerRounding::Stop;
         }
         if feeds {
             let (tip, angle) = size(machine, &slope);
@@ -90,7 +95,7 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
             let gentle = short && turn <= GENTLE;
             let tighter = b.corner.map_or(tolerance, |other| tolerance.min(other));
             let size = Tolerance { tip, angle };
-            return Corner::Kink(Box::new(Kink::new(
+            return CornerRounding::Kink(Box::new(Kink::new(
                 (number, b.s0),
                 [end.first(), slope],
                 size,
@@ -100,22 +105,22 @@ pub(super) fn corner(frame: &Frame<'_>, (number, a): (u64, &PathBlock), b: &Path
         }
         let quintic = Box::new(blend(a, b, d));
         let (tip, _) = size(machine, &(slope * (3.0 / 16.0 * d)));
-        return Corner::Blend { half_width: d, rounding: tip, quintic };
+        return CornerRounding::Blend { half_width: d, rounding: tip, quintic };
     }
     for _ in 0..12 {
         if d.is_nan() || d <= NARROWEST * room {
-            return Corner::Stop;
+            return CornerRounding::Stop;
         }
         let quintic = Box::new(blend(a, b, d));
         let (tip, angle) = blend_deviation(frame, a, b, &quintic, d);
         let excess = (tip / tolerance.tip).max(angle / tolerance.angle);
         if excess <= 1.0 {
-            return Corner::Blend { half_width: d, rounding: tip, quintic };
+            return CornerRounding::Blend { half_width: d, rounding: tip, quintic };
         }
         // Deviation grows with d (kink) or with its square (curvature): the step of the first kind is always enough.
         d *= (0.98 / excess).max(0.1);
     }
-    Corner::Stop
+    CornerRounding::Stop
 }
 
 fn blend(a: &PathBlock, b: &PathBlock, d: f64) -> Quintic {
@@ -123,7 +128,7 @@ fn blend(a: &PathBlock, b: &PathBlock, d: f64) -> Quintic {
 }
 
 /// Largest distance between blend and exact path at equal parameter, tip (or linear joints) and rotary joints.
-fn blend_deviation(frame: &Frame<'_>, a: &PathBlock, b: &PathBlock, quintic: &Quintic, d: f64) -> (f64, f64) {
+fn blend_deviation(frame: &PathContext<'_>, a: &PathBlock, b: &PathBlock, quintic: &Quintic, d: f64) -> (f64, f64) {
     const STEPS: i32 = 16;
     let mut worst = (0.0_f64, 0.0_f64);
     for i in 1..STEPS {
@@ -155,7 +160,12 @@ pub(super) fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
 /// parameter runs faster by one over that, and the joints accelerate by its square. The jerk is highest between middle and ends, about
 /// by its cube: at 90 degrees 2.4 times as much as at the ends of the blend where the parameter runs at the feed, cube 2.8; at
 /// 120 degrees 11 times, cube 8, within what the share of the limits leaves.
-fn needed_half_width(frame: &Frame<'_>, (way, end, start): (Way, &JointJet, &JointJet), feed: f64, rapid: bool) -> f64 {
+fn needed_half_width(
+    frame: &PathContext<'_>,
+    (way, end, start): (WayMeasure, &JointJet, &JointJet),
+    feed: f64,
+    rapid: bool,
+) -> f64 {
     let (qa, qb) = (frame.kinematics.joints(end), frame.kinematics.joints(start));
     let l = frame.limits;
     let velocity = if rapid { &l.rapid } else { &l.velocity };
