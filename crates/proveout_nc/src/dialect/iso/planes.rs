@@ -22,6 +22,34 @@ use crate::frame::{self, Frame};
 /// Two directions that should be square may miss it by this sine: vectors are written with three decimals.
 const SQUARE: f64 = 2e-3;
 
+/// How a word gives a plane by turns about X, Y and Z.
+pub(super) struct Turns {
+    word: &'static str,
+    /// Order of the axes where Q is left out.
+    usual: f64,
+    /// The axes stay where they are; else each turn is about an axis as the turns before have left it.
+    fixed: bool,
+    assumed: &'static str,
+    /// Number of angles other than zero from which on this is assumed.
+    assumed_from: usize,
+}
+
+const FIXED_AXES: Turns = Turns {
+    word: "G68.2 P1",
+    usual: 123.0,
+    fixed: true,
+    assumed: "the angles of G68.2 P1 turn about the axes before it, which stay where they are, in the order of Q (123 without it)",
+    assumed_from: 2,
+};
+/// G268 of a Haas.
+pub(super) const FEATURE: Turns = Turns {
+    word: "G268",
+    usual: 321.0,
+    fixed: false,
+    assumed: "the angles I, J, K of G268 turn about X, Y and Z as the turns before have left them, in the order of Q (321 without it)",
+    assumed_from: 1,
+};
+
 impl Interpreter {
     /// Frame of a block G68.2 in the coordinates before it; none where further blocks complete the plane.
     pub(super) fn plane_of_block(&mut self, p: &mut Pending, span: Span) -> Result<Option<Frame>, Fault> {

@@ -11,7 +11,7 @@
 
 use std::sync::Arc;
 
-use super::run_state::{CallLevel, Interpreter, Loaded, Siemens};
+use super::run_state::{CallLevel, Interpreter, Loaded, Named, Siemens};
 use crate::channel::Language;
 use crate::channel::ProgramSection;
 use crate::channel::corners::CornerLanguage;
