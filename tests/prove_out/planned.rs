@@ -2,7 +2,7 @@
 
 use std::{fmt::Write as _, fs, path::Path};
 
-use proveout_geom::blade::{Domain, Local, ParametricSurface};
+use proveout_blade::{Domain, Local, ParametricSurface};
 use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;
 use proveout_nc::Dialect;

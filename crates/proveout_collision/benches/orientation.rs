@@ -8,8 +8,8 @@
 
 use std::hint::black_box;
 
+use proveout_blade::{Blade, BladeSpec, CamberSection, Platform};
 use proveout_collision::{Obstacle, OrientationSettings, OrientationSpace, SurfaceContact};
-use proveout_geom::blade::{Blade, BladeSpec, CamberSection, Platform};
 use proveout_tool::{Cutter, HolderSection, Tool, ToolBuilder};
 
 /// Contacts of the pass, and their distance, mm.

@@ -5,11 +5,9 @@
 use std::path::Path;
 
 use crate::common::{Program, motion, run_with, tool};
+use proveout_blade::{Blade, BladeSpec, CamberSection};
 use proveout_controller::Settings;
-use proveout_geom::{
-    ToolPose, Vector,
-    blade::{Blade, BladeSpec, CamberSection},
-};
+use proveout_geom::{ToolPose, Vector};
 use proveout_machine::Machine;
 use proveout_nc::{Feed, Op};
 use proveout_tool::Cutter;

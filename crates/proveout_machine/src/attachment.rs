@@ -1,6 +1,6 @@
 //! What carries a body or an end of the chain: the bed or a joint.
 
-use proveout_geom::{Document, Step};
+use proveout_input::{Document, Step};
 
 use crate::{description::JointFile, reading::Checked};
 

@@ -2,9 +2,8 @@
 
 use std::f64::consts::PI;
 
-use proveout_geom::{
-    Aabb, Document, Point, Pose, Step, Step::Item, Step::Key, TriMesh, Vector, box_mesh, revolved_mesh,
-};
+use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
+use proveout_input::{Document, Step, Step::Item, Step::Key};
 
 use crate::{
     Attachment, MachineBody,

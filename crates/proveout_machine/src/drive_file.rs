@@ -1,6 +1,6 @@
 //! `[joint.drive]` as written, and the checks of its keys.
 
-use proveout_geom::{Document, InputError, Step, Step::Key};
+use proveout_input::{Document, InputError, Step, Step::Key};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -1,6 +1,6 @@
 //! Reads `[joint.drive]`, and converts it to internal units.
 
-use proveout_geom::{Document, Step};
+use proveout_input::{Document, Step};
 
 use crate::{
     backlash::{Transmission, read_transmission},

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use proveout_geom::{Document, Point, Step, Step::Item, Step::Key, rad};
+use proveout_geom::{Point, rad};
+use proveout_input::{Document, Step, Step::Item, Step::Key};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

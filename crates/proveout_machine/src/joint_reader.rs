@@ -1,6 +1,7 @@
 //! One `[[joint]]` table: units by kind, required keys, limits that agree.
 
-use proveout_geom::{Document, Point, Step::Item, Step::Key, rad};
+use proveout_geom::{Point, rad};
+use proveout_input::{Document, Step::Item, Step::Key};
 
 use crate::{
     Attachment, Carries, Joint, JointKind,

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
-use proveout_geom::Document;
+use proveout_input::Document;
 use toml::de::DeValue;
 
 /// File and the line of each key, by its path as errors show it (`joint.X.travel_mm`).

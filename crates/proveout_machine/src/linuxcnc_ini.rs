@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use proveout_geom::{InputError, read_input};
+use proveout_input::{InputError, read_input};
 
 use crate::units::MS_PER_NS;
 

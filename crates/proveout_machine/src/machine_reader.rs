@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Document, InputError, Point, Pose, Step, Step::Item, Step::Key, Vector, rad, read_input};
+use proveout_geom::{Point, Pose, Vector, rad};
+use proveout_input::{Document, InputError, Step, Step::Item, Step::Key, read_input};
 
 use crate::{
     Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, RapidMode, SpindleData,

@@ -15,7 +15,8 @@
 //! only its distribution is then estimated.
 
 use nalgebra::Matrix3;
-use proveout_geom::{Document, InputError, Point, Step, Step::Item, Step::Key, TriMesh, Vector};
+use proveout_geom::{Point, TriMesh, Vector};
+use proveout_input::{Document, InputError, Step, Step::Item, Step::Key};
 
 use crate::{
     description::MachineFile,

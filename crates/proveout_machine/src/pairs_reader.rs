@@ -1,6 +1,6 @@
 //! Reads `[[pairs]]`, and refuses rules that change nothing.
 
-use proveout_geom::{Document, Step::Item, Step::Key};
+use proveout_input::{Document, Step::Item, Step::Key};
 
 use crate::{
     Attachment, MachineBody, PairCare, PairRule, SpindleData, TOOL_PARTS, description::PairFile, reading::Checked,

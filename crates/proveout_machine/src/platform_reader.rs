@@ -1,6 +1,7 @@
 //! `[[platform]]` tables: their content and the checks on it.
 
-use proveout_geom::{Document, Step, Step::Item, Step::Key, Vector};
+use proveout_geom::Vector;
+use proveout_input::{Document, Step, Step::Item, Step::Key};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use proveout_geom::{Document, InputError, Step, Vector};
+use proveout_geom::Vector;
+use proveout_input::{Document, InputError, Step};
 
 /// A direction may miss the length one by this much, and is then normalized: six digits in a file.
 const UNIT_TOLERANCE: f64 = 1e-6;

@@ -1,6 +1,6 @@
 //! Checks on the tree of joints as a whole: chains, loops, and whether the joints span the motion that they must.
 
-use proveout_geom::{Document, Step::Item, Step::Key};
+use proveout_input::{Document, Step::Item, Step::Key};
 
 use crate::{
     Attachment, Carries, Joint, axis_pair::PARALLEL_SINE, kinematic_chain::Chain, reading::Checked, solver::Solver,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 use proveout_machine::Machine;
 
 const GOOD: &str = r#"name = "test"

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 use proveout_machine::{Encoder, Machine, VelocityGain};
 
 /// A machine with one slide and one table; the places are filled with keys.

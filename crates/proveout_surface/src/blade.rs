@@ -1,9 +1,7 @@
 //! Blades as designs, and how far a mesh lies from a closed form.
 
-use proveout_geom::{
-    Point, TriMesh, Vector,
-    blade::{Blade, BladeSolid},
-};
+use proveout_blade::{Blade, BladeSolid};
+use proveout_geom::{Point, TriMesh, Vector};
 use rayon::prelude::*;
 
 use crate::{DesignSurface, NearestOnDesign};

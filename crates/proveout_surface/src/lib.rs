@@ -4,7 +4,7 @@
 //! deviations, mm; positive where material is left outside of the design, negative where it is missing inside.
 //!
 //! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`HalfSpaceDesign`], [`Sphere`], [`ConeFrustum`],
-//!   [`ConeFlank`] and blades ([`proveout_geom::blade::Blade`]) in closed form; [`chord_error`] of a mesh against one.
+//!   [`ConeFlank`] and blades ([`proveout_blade::Blade`]) in closed form; [`chord_error`] of a mesh against one.
 //! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for points as they come.
 //! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
 //! * [`ThinFins`] – sheets of material as thin as the error of their own faces.

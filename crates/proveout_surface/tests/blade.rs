@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed test says why")]
 
-use proveout_geom::blade::{Blade, BladeSpec, CamberSection, Platform};
+use proveout_blade::{Blade, BladeSpec, CamberSection, Platform};
 use proveout_geom::{Point, rad};
 use proveout_surface::{DesignMesh, DesignSurface, chord_error};
 

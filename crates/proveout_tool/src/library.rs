@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Document, InputError, Step, Step::Item, Step::Key, in_millimeters, nearest, read_input};
+use proveout_input::{Document, InputError, Step, Step::Item, Step::Key, in_millimeters, nearest, read_input};
 
 use crate::cutter::ShapeError;
 use crate::entry::tool_of;

@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use proveout_geom::blade::{ClosedSurface, Lu};
+use proveout_blade::{ClosedSurface, Lu};
 use proveout_geom::rad;
 use proveout_tool::Cutter;
 use proveout_toolpath::path::{

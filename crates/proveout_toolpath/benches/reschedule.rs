@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use proveout_geom::blade::{Blade, BladeSpec, CamberSection};
+use proveout_blade::{Blade, BladeSpec, CamberSection};
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::Machine;
 use proveout_tool::Cutter;

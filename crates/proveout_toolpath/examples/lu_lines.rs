@@ -14,7 +14,7 @@
 use std::error::Error;
 use std::path::Path;
 
-use proveout_geom::blade::{ClosedSurface, Lu, ParametricSurface};
+use proveout_blade::{ClosedSurface, Lu, ParametricSurface};
 use proveout_geom::{Pose, Vector, rad};
 use proveout_machine::Machine;
 use proveout_tool::Cutter;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use proveout_geom::blade::{Blade, CamberSide, Local, ParametricSurface};
+use proveout_blade::{Blade, CamberSide, Local, ParametricSurface};
 use proveout_geom::{Point, Pose};
 
 use crate::reschedule::{ContactPoint, ContactSurface};

@@ -9,7 +9,7 @@
 //!   <----Q   ball center = contact point + R * normal of the blade
 //! ```
 
-use proveout_geom::blade::{Blade, SectionError};
+use proveout_blade::{Blade, SectionError};
 use proveout_geom::{Point, ToolPose, Vector};
 use thiserror::Error;
 
@@ -126,7 +126,7 @@ impl HelicalPass {
 
 #[cfg(test)]
 mod tests {
-    use proveout_geom::blade::{BladeSpec, CamberSection, Platform};
+    use proveout_blade::{BladeSpec, CamberSection, Platform};
 
     use super::*;
 

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
-use proveout_geom::blade::{Blade, BladeSpec, CamberSection, Platform};
+use proveout_blade::{Blade, BladeSpec, CamberSection, Platform};
 use proveout_geom::{Pose, Vector};
 use proveout_toolpath::BladeSurface;
 use proveout_toolpath::reschedule::ContactSurface;

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use proveout_geom::blade::{ClosedSurface, Dong};
+use proveout_blade::{ClosedSurface, Dong};
 use proveout_geom::{Point, Pose, ToolPose, Vector};
 use proveout_machine::Machine;
 use proveout_tool::{Cutter, Profile};

@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
-use proveout_geom::blade::{ClosedSurface, Domain, Local, Lu, ParametricSurface, Sine};
+use proveout_blade::{ClosedSurface, Domain, Local, Lu, ParametricSurface, Sine};
 use proveout_geom::{Point, Vector};
 use proveout_tool::{Apt, Cutter};
 use proveout_toolpath::path::{

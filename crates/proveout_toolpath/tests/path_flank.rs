@@ -4,7 +4,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use proveout_geom::blade::{
+use proveout_blade::{
     Blade, BladeSpec, CamberSection, CamberSide, ClosedSurface, Cui, Domain, Local, Lu, ParametricSurface,
 };
 use proveout_geom::{Point, Vector, rad};

@@ -5,7 +5,7 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
-use proveout_geom::blade::{Blade, BladeSpec, CamberSection, CamberSide, ClosedSurface, Lu, ParametricSurface, Sine};
+use proveout_blade::{Blade, BladeSpec, CamberSection, CamberSide, ClosedSurface, Lu, ParametricSurface, Sine};
 use proveout_geom::{Pose, Vector, rad};
 use proveout_machine::Machine;
 use proveout_tool::Cutter;

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use proveout_geom::blade::{ClosedSurface, Cui, Lu, ParametricSurface};
+use proveout_blade::{ClosedSurface, Cui, Lu, ParametricSurface};
 use proveout_geom::{Pose, Vector, rad};
 use proveout_machine::Machine;
 use proveout_tool::Cutter;

@@ -4,7 +4,7 @@
 
 use std::f64::consts::TAU;
 
-use proveout_geom::blade::{Blade, BladeSpec, CamberSection};
+use proveout_blade::{Blade, BladeSpec, CamberSection};
 use proveout_geom::{ToolPose, Vector};
 use proveout_tool::{Cutter, Profile};
 use proveout_toolpath::HelicalPass;

@@ -6,7 +6,7 @@
 use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 
-use proveout_geom::blade::{Blade, BladeSpec, CamberSection};
+use proveout_blade::{Blade, BladeSpec, CamberSection};
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::{Cutter, Profile};
 use proveout_toolpath::HelicalPass;

@@ -29,9 +29,9 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), TaskError> {
 fn bounded(schema: &str, inches: bool) -> Result<String, TaskError> {
     let fail = |e: serde_json::Error| TaskError(format!("a schema is not valid JSON: {e}"));
     let mut value: serde_json::Value = serde_json::from_str(schema).map_err(fail)?;
-    proveout_geom::add_ranges_to_schema(&mut value);
+    proveout_input::add_ranges_to_schema(&mut value);
     if inches {
-        proveout_geom::add_inches_to_schema(&mut value);
+        proveout_input::add_inches_to_schema(&mut value);
     }
     Ok(serde_json::to_string_pretty(&value).map_err(fail)? + "\n")
 }

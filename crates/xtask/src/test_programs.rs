@@ -31,7 +31,7 @@ const LONG: [&str; 16] = [
     "xtask/schemas",
     "sim/judging",
     "sim/roughness_maps",
-    "geom/blade_kinds",
+    "blade/kinds",
     "cli/sweep",
     "cli/report_page",
     "proveout_collision/least",

@@ -13,11 +13,12 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use proveout_input::{MAX_LENGTH_MM, read_regular_file};
 use thiserror::Error;
 
 pub use self::glb::{GlbNode, read_glb_nodes};
 pub use self::glb_container::write_glb_container;
-use crate::{MAX_LENGTH_MM, Point, TriMesh, read_regular_file};
+use crate::{Point, TriMesh};
 
 /// Largest file: an STL with the most triangles.
 const MAX_FILE_BYTES: u64 = 1 << 30;

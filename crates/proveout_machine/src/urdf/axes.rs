@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use proveout_geom::{InputError, MAX_LENGTH_MM, Point, Vector};
+use proveout_geom::{Point, Vector};
+use proveout_input::{InputError, MAX_LENGTH_MM};
 
 use super::{
     UrdfOptions,

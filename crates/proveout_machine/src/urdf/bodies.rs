@@ -3,7 +3,8 @@
 use std::{f64::consts::PI, fmt::Write as _};
 
 use nalgebra::Matrix3;
-use proveout_geom::{Aabb, InputError, MAX_LENGTH_MM, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
+use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
+use proveout_input::{InputError, MAX_LENGTH_MM};
 
 use super::{
     axes::Axes,

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use proveout_geom::{InputError, Pose};
+use proveout_geom::Pose;
+use proveout_input::InputError;
 
 use super::{
     read::{Robot, UrdfJointKind},

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{InputError, MAX_LENGTH_MM, TriMesh, Vector, read_mesh};
+use proveout_geom::{TriMesh, Vector, read_mesh};
+use proveout_input::{InputError, MAX_LENGTH_MM};
 
 use super::source::{Place, UrdfSource, reach, shown};
 

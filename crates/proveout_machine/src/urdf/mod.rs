@@ -31,7 +31,7 @@ mod xml;
 
 use std::path::Path;
 
-use proveout_geom::{InputError, read_input};
+use proveout_input::{InputError, read_input};
 
 use self::{link_tree::LinkTree, source::UrdfSource};
 use crate::{ImportedMachine, Machine};

@@ -1,6 +1,7 @@
 //! The two ends of a machine in a tree of links: where the tool is, and where the workpiece.
 
-use proveout_geom::{InputError, Vector};
+use proveout_geom::Vector;
+use proveout_input::InputError;
 
 use super::{
     UrdfOptions,

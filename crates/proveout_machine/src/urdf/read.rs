@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Matrix3;
-use proveout_geom::{InputError, Pose, Vector};
+use proveout_geom::{Pose, Vector};
+use proveout_input::InputError;
 use roxmltree::Node;
 
 use super::{

@@ -2,7 +2,8 @@
 
 use std::{f64::consts::FRAC_PI_2, ops::Range, path::Path};
 
-use proveout_geom::{InputError, MAX_LENGTH_MM, Point};
+use proveout_geom::Point;
+use proveout_input::{InputError, MAX_LENGTH_MM};
 use roxmltree::Node;
 
 /// Bytes of the text.

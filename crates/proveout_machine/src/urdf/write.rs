@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use proveout_geom::{InputError, Point, Vector, deg, range_of};
+use proveout_geom::{Point, Vector, deg};
+use proveout_input::{InputError, range_of};
 
 use super::{
     axes::{Axes, UrdfAxis},

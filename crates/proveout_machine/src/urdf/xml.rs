@@ -1,6 +1,6 @@
 //! The text as a tree of elements, within bounds: what a file may hold is decided before it is parsed.
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 use roxmltree::{Document, Error, ParsingOptions};
 
 use super::source::UrdfSource;

@@ -318,7 +318,7 @@ fn tables_of_the_hybrid_machine_go_both_ways() {
 }
 
 /// The machine with a drive and a moved mass at each leg; `change` edits its text.
-fn driven(change: impl Fn(String) -> String) -> Result<Machine, proveout_geom::InputError> {
+fn driven(change: impl Fn(String) -> String) -> Result<Machine, proveout_input::InputError> {
     let mut text = "name = \"hybrid\"\n".to_owned();
     let joint = |name: &str, kind: &str, carries: &str, parent: &str, d: [i32; 3], extra: &str| {
         format!(

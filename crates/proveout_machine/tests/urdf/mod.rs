@@ -7,7 +7,7 @@ mod oracle;
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 use proveout_machine::{ImportedMachine, Machine, UrdfOptions, import_urdf};
 use tempfile::TempDir;
 

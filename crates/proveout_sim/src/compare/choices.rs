@@ -17,7 +17,8 @@ use std::{
 };
 
 use proveout_controller::Settings as ControlSettings;
-use proveout_geom::{InputError, Pose, Step::Item, Step::Key, read_input};
+use proveout_geom::Pose;
+use proveout_input::{InputError, Step::Item, Step::Key, read_input};
 use proveout_machine::Machine;
 use proveout_nc::{Command, Dialect, Program, Settings as NcSettings};
 use rayon::prelude::*;

@@ -277,7 +277,7 @@ impl Wanted<'_> {
 mod tests {
     use std::collections::BTreeMap;
 
-    use proveout_geom::Document;
+    use proveout_input::Document;
 
     use super::*;
     use crate::{

@@ -53,7 +53,7 @@ use std::{
 };
 
 use proveout_controller::ReprogrammedRun;
-use proveout_geom::Step::Key;
+use proveout_input::Step::Key;
 use rayon::prelude::*;
 
 use self::{

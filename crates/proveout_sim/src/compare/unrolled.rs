@@ -2,10 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use proveout_geom::{
-    Point,
-    blade::{Blade, ParametricSurface},
-};
+use proveout_blade::{Blade, ParametricSurface};
+use proveout_geom::Point;
 use rayon::prelude::*;
 
 use crate::prepare::part_shape::Shape;
@@ -96,7 +94,7 @@ pub(crate) fn unrolled(blade: &Blade, points: &[Point], wanted: impl Fn(usize) -
 
 #[cfg(test)]
 mod tests {
-    use proveout_geom::blade::{BladeSpec, CamberSection, ClosedSurface, Cui, Lu};
+    use proveout_blade::{BladeSpec, CamberSection, ClosedSurface, Cui, Lu};
 
     use super::*;
 

@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{InputError, open_regular_file};
+use proveout_input::{InputError, open_regular_file};
 use sha2::{Digest, Sha256};
 
 /// A file that a run has opened.

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{FlatTriangles, InputError, MeshFileError, TriMesh, read_mesh_and_flat};
+use proveout_geom::{FlatTriangles, MeshFileError, TriMesh, read_mesh_and_flat};
+use proveout_input::InputError;
 use serde_spanned::Spanned;
 
 use crate::{

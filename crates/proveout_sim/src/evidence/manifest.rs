@@ -11,7 +11,7 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use proveout_geom::read_regular_text;
+use proveout_input::read_regular_text;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 

@@ -19,7 +19,7 @@ use std::{
 };
 
 use ed25519_compact::{KeyPair, PublicKey, SecretKey, Signature};
-use proveout_geom::read_regular_text;
+use proveout_input::read_regular_text;
 use thiserror::Error;
 
 use crate::evidence::manifest::{MANIFEST, ManifestError, verify_files};

@@ -3,10 +3,8 @@
 
 use std::sync::Arc;
 
-use proveout_geom::{
-    CellMap, Point, TriMesh,
-    blade::{Blade, FOOT_ERROR_MM, NEAREST_ERROR_MM},
-};
+use proveout_blade::{Blade, FOOT_ERROR_MM, NEAREST_ERROR_MM};
+use proveout_geom::{CellMap, Point, TriMesh};
 use proveout_surface::{DesignMesh, DesignSurface, chord_error};
 use rayon::prelude::*;
 

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use proveout_geom::{Point, Pose, Vector, blade::ParametricSurface};
+use proveout_blade::ParametricSurface;
+use proveout_geom::{Point, Pose, Vector};
 
 use crate::{
     prepare::part_shape::Shape,
@@ -55,7 +56,7 @@ impl DepthGauge {
 
 #[cfg(test)]
 mod tests {
-    use proveout_geom::blade::{ClosedSurface, Lu};
+    use proveout_blade::{ClosedSurface, Lu};
 
     use super::*;
 

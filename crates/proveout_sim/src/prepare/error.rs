@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use proveout_collision::CollisionError;
 use proveout_controller::{ControlError, RunError};
-use proveout_geom::{InputError, MeshError, MeshFileError};
+use proveout_geom::{MeshError, MeshFileError};
+use proveout_input::InputError;
 use proveout_nc::{ControlFileError, Diagnostic, Diagnostics, post::PostError};
 use proveout_stock::StockError;
 use thiserror::Error;

@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use proveout_geom::{
-    InputError, MeshError, Pose, Step::Item, Step::Key, TriMesh, Vector, box_mesh, cylinder_mesh, rad,
-};
+use proveout_geom::{MeshError, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad};
+use proveout_input::{InputError, Step::Item, Step::Key};
 use proveout_machine::Machine;
 
 use crate::{

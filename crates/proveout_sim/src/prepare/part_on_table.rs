@@ -7,7 +7,8 @@ use proveout_collision::{
     BallTurn, CollisionError, Obstacle, OrientationError, OrientationSettings, OrientationSpace, StandingSolids,
     ToolClearance,
 };
-use proveout_geom::{InputError, Pose, ToolPose, TriMesh};
+use proveout_geom::{Pose, ToolPose, TriMesh};
+use proveout_input::InputError;
 use proveout_tool::Tool;
 use proveout_toolpath::BladeSurface;
 use proveout_toolpath::reschedule::{AxisTurn, ContactSurface, FeasibleRegion};

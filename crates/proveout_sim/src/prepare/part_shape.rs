@@ -2,16 +2,12 @@
 
 use std::{path::PathBuf, sync::Arc};
 
-use proveout_geom::{
-    InputError, Point,
-    Step::{self, Key},
-    TriMesh, Vector,
-    blade::{
-        Backing, Blade, BladeSolid, CamberSide, ClosedSurface, Cui, Dong, Lu, ParametricSurface, Sine, SkinnedBlade,
-        face_mesh, read_sections,
-    },
-    rad, read_input,
+use proveout_blade::{
+    Backing, Blade, BladeSolid, CamberSide, ClosedSurface, Cui, Dong, Lu, ParametricSurface, Sine, SkinnedBlade,
+    face_mesh, read_sections,
 };
+use proveout_geom::{Point, TriMesh, Vector, rad};
+use proveout_input::{InputError, Step, Step::Key, read_input};
 use proveout_surface::{ConeFlank, ConeFrustum, chord_error};
 
 use crate::{

@@ -2,8 +2,9 @@
 
 use std::{fmt::Write as _, sync::Arc};
 
-use proveout_geom::blade::{FOOT_ERROR_MM, ParametricSurface};
-use proveout_geom::{InputError, Step, Step::Key, ToolPose, Vector, deg};
+use proveout_blade::{FOOT_ERROR_MM, ParametricSurface};
+use proveout_geom::{ToolPose, Vector, deg};
+use proveout_input::{InputError, Step, Step::Key};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Motion, Op, OrientationInterpolation, Tcp};
 use proveout_tool::{Tool, ToolId, ToolLibrary};

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 use proveout_nc::ProgramText;
 
 use crate::{

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use proveout_controller::{Reprogrammed, Reprogramming};
-use proveout_geom::{InputError, Pose, Step::Key, ToolPose, Vector};
+use proveout_geom::{Pose, ToolPose, Vector};
+use proveout_input::{InputError, Step::Key};
 use proveout_machine::{JointValues, Machine};
 use proveout_nc::{
     AXIS_LETTERS, AxisValues, Command, Coolant, Dialect, Feed, Location, Motion, Offset, Op, OrientationInterpolation,

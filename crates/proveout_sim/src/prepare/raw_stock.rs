@@ -2,7 +2,8 @@
 
 use std::{io::BufReader, path::Path};
 
-use proveout_geom::{Aabb, InputError, Point, TriMesh, open_regular_file};
+use proveout_geom::{Aabb, Point, TriMesh};
+use proveout_input::{InputError, open_regular_file};
 use proveout_stock::{BetweenRays, Patch, PatchError, PatchPlan, RawBody, StockError, TriDexel};
 use serde_spanned::Spanned;
 

@@ -8,7 +8,7 @@ use std::{
 };
 
 use proveout_controller::{Dynamics, servo::Plant};
-use proveout_geom::{InputError, read_input};
+use proveout_input::{InputError, read_input};
 use proveout_nc::{Look, Op, ProgramText, Survey};
 
 use crate::{

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 use proveout_machine::Machine;
 use proveout_nc::{Compensation, Dialect, Limits, Settings as NcSettings, Settings, ToolName, ToolRadii, WorkOffset};
 use proveout_tool::ToolLibrary;

@@ -12,7 +12,7 @@
 
 use std::{collections::BTreeMap, fmt, path::Path};
 
-use proveout_geom::{InputError, InputFault, nearest, read_input};
+use proveout_input::{InputError, InputFault, nearest, read_input};
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, Settings};
 use proveout_tool::ToolLibrary;

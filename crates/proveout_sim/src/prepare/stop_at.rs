@@ -2,7 +2,7 @@
 
 use std::{fmt, str::FromStr};
 
-use proveout_geom::nearest;
+use proveout_input::nearest;
 
 use crate::verdict::finding::{self, CODES, Code};
 

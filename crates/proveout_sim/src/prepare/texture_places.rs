@@ -14,7 +14,8 @@
 
 use std::sync::Arc;
 
-use proveout_geom::{Point, Vector, blade::Blade};
+use proveout_blade::Blade;
+use proveout_geom::{Point, Vector};
 use proveout_surface::{DesignSurface, topography::Lattice};
 
 use crate::scene::surface::Middle;
@@ -351,7 +352,7 @@ fn nearest_on_blade(blade: &Blade, p: &Point) -> Result<[f64; 2], Refused> {
 
 #[cfg(test)]
 mod tests {
-    use proveout_geom::blade::{BladeSpec, CamberSection};
+    use proveout_blade::{BladeSpec, CamberSection};
     use proveout_surface::{ConeFlank, ConeFrustum};
 
     use super::*;

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use proveout_geom::{Point, Step::Key, TriMesh, Vector, blade::FOOT_ERROR_MM};
+use proveout_blade::FOOT_ERROR_MM;
+use proveout_geom::{Point, TriMesh, Vector};
+use proveout_input::Step::Key;
 use proveout_surface::{
     DesignMesh, DesignSurface,
     texture::{Profile, SettingClass},

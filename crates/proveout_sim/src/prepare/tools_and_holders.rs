@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_geom::{InputError, Step::Key};
+use proveout_input::{InputError, Step::Key};
 use proveout_tool::{Profile, Role, Tool, ToolLibrary};
 
 use crate::{prepare::choice::Choice, scene::Scene};

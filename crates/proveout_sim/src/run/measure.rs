@@ -6,7 +6,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{InputError, Point, Vector, open_regular_file, read_mesh};
+use proveout_geom::{Point, Vector, read_mesh};
+use proveout_input::{InputError, open_regular_file};
 use proveout_stock::{Outline, Probe, TriDexel};
 use serde::Serialize;
 

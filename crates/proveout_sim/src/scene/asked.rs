@@ -3,7 +3,7 @@
 //! A gate may be left out of the question only where no tolerance and no design asks it; a statement that contradicts the rest of the scene is
 //! refused by name.
 
-use proveout_geom::nearest;
+use proveout_input::nearest;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;

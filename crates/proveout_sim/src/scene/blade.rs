@@ -1,6 +1,6 @@
 //! Blades and re-scheduling, as written in a scene.
 
-use proveout_geom::blade::{Blade, BladeEnd, BladeError, BladeSpec, CamberSection, Plate, Platform};
+use proveout_blade::{Blade, BladeEnd, BladeError, BladeSpec, CamberSection, Plate, Platform};
 use proveout_geom::rad;
 use schemars::JsonSchema;
 use serde::Deserialize;

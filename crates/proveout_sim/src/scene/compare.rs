@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use proveout_geom::{InputError, Step, Step::Item, Step::Key};
+use proveout_input::{InputError, Step, Step::Item, Step::Key};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

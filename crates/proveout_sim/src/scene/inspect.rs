@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;

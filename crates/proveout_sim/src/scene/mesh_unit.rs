@@ -15,7 +15,8 @@
 //!
 //! A stated unit also converts the mesh.
 
-use proveout_geom::{Aabb, InputError, Point, Pose, TriMesh};
+use proveout_geom::{Aabb, Point, Pose, TriMesh};
+use proveout_input::InputError;
 use proveout_machine::Machine;
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -53,7 +53,7 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
-use proveout_geom::{Document, InputError, Step::Item, Step::Key, in_millimeters, read_input};
+use proveout_input::{Document, InputError, Step::Item, Step::Key, in_millimeters, read_input};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use proveout_geom::Step::Key;
+use proveout_input::Step::Key;
 
 use crate::scene::{SceneFile, place::offset_of};
 

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{InputError, Step, Step::Key, Vector};
+use proveout_geom::Vector;
+use proveout_input::{InputError, Step, Step::Key};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use proveout_geom::{Aabb, InputError, Point};
+use proveout_geom::{Aabb, Point};
+use proveout_input::InputError;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_geom::{Document, InputError, Step, Step::Item, Step::Key, read_input};
+use proveout_input::{Document, InputError, Step, Step::Item, Step::Key, read_input};
 
 use crate::scene::{ProgramFile, Scene};
 

@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{InputError, Step::Item, Step::Key};
+use proveout_input::{InputError, Step::Item, Step::Key};
 use schemars::JsonSchema;
 use serde::Deserialize;
 

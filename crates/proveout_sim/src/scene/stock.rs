@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use proveout_geom::{Aabb, InputError, Point, Vector, check_quantity};
+use proveout_geom::{Aabb, Point, Vector};
+use proveout_input::{InputError, check_quantity};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;

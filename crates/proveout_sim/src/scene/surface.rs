@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_geom::{InputError, Step::Key};
+use proveout_input::{InputError, Step::Key};
 use proveout_surface::texture::{SettingClass, Standard};
 use schemars::JsonSchema;
 use serde::Deserialize;

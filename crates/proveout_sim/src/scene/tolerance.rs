@@ -1,6 +1,7 @@
 //! `[tolerances]` of a scene: bounds of the gates, and regions with bounds of their own for the texture of the surface.
 
-use proveout_geom::{Aabb, Point, Step::Item, Step::Key};
+use proveout_geom::{Aabb, Point};
+use proveout_input::{Step::Item, Step::Key};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_geom::read_regular_text;
+use proveout_input::read_regular_text;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 use serde::Deserialize;
 
 use super::words::{center_cutting_of, kind_of};

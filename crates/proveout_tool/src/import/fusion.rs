@@ -10,7 +10,7 @@
 
 use std::path::Path;
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 use serde::Deserialize;
 
 use super::words::{TAP_ENVELOPE, center_cutting_of};

@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 
 use super::{ImportCall, Imported, words};
 use crate::draft::ToolDraft;

@@ -22,7 +22,7 @@ pub(crate) mod words;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use proveout_geom::{InputError, open_regular_file, read_input};
+use proveout_input::{InputError, open_regular_file, read_input};
 
 use crate::draft::ToolDraft;
 

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use proveout_geom::InputError;
+use proveout_input::InputError;
 
 use super::{INCH_MM, ImportCall, Imported, linuxcnc_table::described};
 use crate::draft::{ToolDraft, plain_number};

@@ -8,7 +8,7 @@
 
 use std::path::Path;
 
-use proveout_geom::{InputError, nearest};
+use proveout_input::{InputError, nearest};
 
 use super::words::center_cutting_of;
 use super::{INCH_MM, ImportCall, Imported};

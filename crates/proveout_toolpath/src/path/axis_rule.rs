@@ -25,7 +25,7 @@ const SAME_AXIS: f64 = 1e-12;
 ///
 /// ```
 /// use proveout_geom::Vector;
-/// use proveout_geom::blade::{ClosedSurface, Sine};
+/// use proveout_blade::{ClosedSurface, Sine};
 /// use proveout_toolpath::path::{AxisRule, ParameterCurve, PathPoint};
 ///
 /// let face = ClosedSurface::new(Sine::gentle());

@@ -20,7 +20,7 @@
 //! the motion along the path is a screw, otherwise to second order of the step in which the side
 //! changes its form.
 
-use proveout_geom::blade::ParametricSurface;
+use proveout_blade::ParametricSurface;
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::Segment;
 

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use proveout_geom::blade::{Domain, ParametricSurface};
+use proveout_blade::{Domain, ParametricSurface};
 use proveout_geom::{Point, Vector};
 
 use super::{

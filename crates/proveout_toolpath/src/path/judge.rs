@@ -12,7 +12,7 @@ use proveout_geom::{Pose, ToolPose};
 use proveout_machine::{JointValues, Machine};
 
 use super::{BladeLocation, LineContacts, PathContact, PathError};
-use proveout_geom::blade::Domain;
+use proveout_blade::Domain;
 
 /// Where a path runs.
 #[derive(Clone, Copy, Debug)]

@@ -14,7 +14,7 @@
 //! of the cylinder (the plane), and is led there, its axis keeping its parts along, round and out of the cylinder. What is led like this
 //! is a proposal: the collision gate of a run is what proves it free.
 
-use proveout_geom::blade::ParametricSurface;
+use proveout_blade::ParametricSurface;
 use proveout_geom::{Point, ToolPose, Vector};
 
 use super::{LineContacts, PathContact, PathCutter, PathError};

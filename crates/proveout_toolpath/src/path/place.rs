@@ -9,7 +9,7 @@
 //!   II(a, b) = - sum S_ij a_i b_j . n                                        positive where convex
 //! ```
 
-use proveout_geom::blade::{Domain, Local, ParametricSurface};
+use proveout_blade::{Domain, Local, ParametricSurface};
 use proveout_geom::{Point, Vector};
 
 use super::{BladeLocation, ParameterCurve};
@@ -21,7 +21,7 @@ pub type Form = [f64; 3];
 ///
 /// ```
 /// use proveout_geom::Vector;
-/// use proveout_geom::blade::{ClosedSurface, Sine};
+/// use proveout_blade::{ClosedSurface, Sine};
 /// use proveout_toolpath::path::{ParameterCurve, PathPoint};
 ///
 /// // Waves along y, 12 mm high and 40 mm long, straight along x; the line runs on a crest.

@@ -14,8 +14,8 @@
 //! The step is then measured at its middle and its quarters, and halved where the error is too
 //! large.
 
+use proveout_blade::ParametricSurface;
 use proveout_geom::ToolPose;
-use proveout_geom::blade::ParametricSurface;
 
 use super::{
     AxisRule, CutterTouch, FlankError, Line, PathCutter, PathError,

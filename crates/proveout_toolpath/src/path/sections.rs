@@ -12,8 +12,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use proveout_blade::ParametricSurface;
 use proveout_geom::Point;
-use proveout_geom::blade::ParametricSurface;
 
 use super::{
     ParameterCurve, PathError,

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use proveout_geom::blade::ParametricSurface;
+use proveout_blade::ParametricSurface;
 
 use super::{
     AxisRule, Line, LineContacts, PathCutter, PathError, PathPoint, Sampler, StepRule,
@@ -13,7 +13,7 @@ use super::{
 /// What a strategy plans for.
 ///
 /// ```
-/// use proveout_geom::blade::{ClosedSurface, Sine};
+/// use proveout_blade::{ClosedSurface, Sine};
 /// use proveout_tool::Cutter;
 /// use proveout_toolpath::path::{AxisRule, PathCutter, Spacing, StepRule, Task, Transverse};
 ///

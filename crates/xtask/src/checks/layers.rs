@@ -14,16 +14,21 @@ pub(crate) const PREFIX: &str = "proveout_";
 /// `proveout` names the types of the stages that its commands `nc`, `kinematics` and `check` print; it has
 /// no algorithm of its own. `proveout_py` is above it: its commands are those of the Python package too.
 pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
-    ("proveout_geom", &[]),
+    ("proveout_input", &[]),
+    ("proveout_geom", &["input"]),
+    ("proveout_blade", &["input", "geom"]),
     ("proveout_nc", &["tool"]),
-    ("proveout_tool", &["geom"]),
-    ("proveout_machine", &["geom"]),
-    ("proveout_toolpath", &["geom", "tool", "machine"]),
-    ("proveout_controller", &["geom", "nc", "tool", "machine", "toolpath"]),
+    ("proveout_tool", &["input", "geom"]),
+    ("proveout_machine", &["input", "geom"]),
+    ("proveout_toolpath", &["geom", "blade", "tool", "machine"]),
+    ("proveout_controller", &["geom", "blade", "nc", "tool", "machine", "toolpath"]),
     ("proveout_stock", &["geom", "tool"]),
-    ("proveout_surface", &["geom", "tool", "stock"]),
-    ("proveout_collision", &["geom", "tool", "machine", "stock"]),
-    ("proveout_sim", &["geom", "nc", "tool", "machine", "toolpath", "controller", "stock", "surface", "collision"]),
+    ("proveout_surface", &["input", "geom", "blade", "tool", "stock"]),
+    ("proveout_collision", &["geom", "blade", "tool", "machine", "stock"]),
+    (
+        "proveout_sim",
+        &["input", "geom", "blade", "nc", "tool", "machine", "toolpath", "controller", "stock", "surface", "collision"],
+    ),
     (
         "proveout_record",
         &["geom", "nc", "tool", "machine", "toolpath", "controller", "stock", "surface", "collision", "sim"],

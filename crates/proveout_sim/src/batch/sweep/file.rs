@@ -5,7 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{Document, InputError, nearest, read_input};
+use proveout_input::{Document, InputError, nearest, read_input};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_spanned::Spanned;

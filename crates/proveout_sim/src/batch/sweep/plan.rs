@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{InputError, read_regular_text};
+use proveout_input::{InputError, read_regular_text};
 use serde::{Deserialize, Serialize};
 
 use super::file::{KeepFile, Sweep};

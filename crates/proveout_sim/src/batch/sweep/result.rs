@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::read_regular_text;
+use proveout_input::read_regular_text;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 

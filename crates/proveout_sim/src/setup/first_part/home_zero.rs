@@ -10,7 +10,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::read_input;
+use proveout_input::read_input;
 use proveout_machine::Machine;
 
 use crate::{

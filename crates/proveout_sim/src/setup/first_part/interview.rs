@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use proveout_geom::{InputError, nearest, read_input};
+use proveout_input::{InputError, nearest, read_input};
 use proveout_tool::PlainHolder;
 use serde::Serialize;
 

@@ -31,7 +31,8 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{Aabb, MAX_LENGTH_MM, Point, Pose, TriMesh, Vector};
+use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
+use proveout_input::MAX_LENGTH_MM;
 use proveout_machine::Machine;
 use proveout_nc::{Control, Dialect, ProgramText, Settings, ToolName, WorkOffset};
 use proveout_tool::{LengthUnit, ToolDraft, ToolLibrary};

@@ -24,7 +24,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use proveout_geom::{open_regular_file, read_regular_file};
+use proveout_input::{open_regular_file, read_regular_file};
 pub use sdf::{SdfForm, sdf_bytes};
 pub use x3p::x3p_bytes;
 

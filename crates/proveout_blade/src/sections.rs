@@ -9,6 +9,7 @@
 //!
 //! Nothing is smoothed: the surface passes through every point.
 
+use proveout_geom::{Point, Vector};
 use thiserror::Error;
 
 use super::{
@@ -19,7 +20,6 @@ use super::{
     spline::{SplineEnds, slopes},
     surface::{Domain, Foot, Local, ParametricSurface},
 };
-use crate::{Point, Vector};
 
 /// Points of a section may be out of step with those of the one before by this part of them: more is another beginning, not a twist.
 const MOST_SHIFT: f64 = 0.1;

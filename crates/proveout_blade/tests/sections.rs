@@ -2,10 +2,8 @@
 
 use std::{io::Write, path::Path};
 
+use proveout_blade::{FOOT_ERROR_MM, ParametricSurface, PointedSection, SectionsError, SkinnedBlade, read_sections};
 use proveout_geom::Point;
-use proveout_geom::blade::{
-    FOOT_ERROR_MM, ParametricSurface, PointedSection, SectionsError, SkinnedBlade, read_sections,
-};
 
 /// The published profiles of NASA Rotor 37 as a section file: points 1 to 25 and 277 to 300 are the leading edge, 127 to 175 the trailing edge,
 /// as their spacing tells. Centimeter become millimeter, the radial Z becomes X.

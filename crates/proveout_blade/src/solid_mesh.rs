@@ -6,12 +6,13 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use proveout_geom::{Point, TriMesh, Vector};
+
 use super::{
     LEAST_BEND, flat,
     solid::{BladeSolid, Plate, SolidError, Trim, normal_changes},
     surface::{Local, ParametricSurface},
 };
-use crate::{Point, TriMesh, Vector};
 
 /// Places along u and v at which the second fundamental form is asked.
 const ASKED: [usize; 2] = [1440, 24];

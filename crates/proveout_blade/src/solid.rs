@@ -18,13 +18,14 @@
 
 use std::sync::Arc;
 
+use proveout_geom::{Point, Vector};
+use proveout_input::MAX_LENGTH_MM;
 use thiserror::Error;
 
 use super::{
     MOST_PLATFORM_MM, flat,
     surface::{Local, ParametricSurface},
 };
-use crate::{MAX_LENGTH_MM, Point, Vector};
 
 /// A platform at an end of a blade: a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -316,7 +317,7 @@ pub(super) fn normal_changes(at: &Local) -> [Vector; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::blade::{ClosedSurface, Lu, Sine};
+    use crate::{ClosedSurface, Lu, Sine};
 
     fn plate(fillet_radius: f64) -> Plate {
         Plate { fillet_radius, thickness: 8.0, y: [-30.0, 30.0], z: [-30.0, 30.0] }

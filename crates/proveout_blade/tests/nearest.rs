@@ -8,7 +8,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use proveout_geom::blade::{Blade, BladeSpec, CamberSection, NEAREST_ERROR_MM, Platform, SectionCurve};
+use proveout_blade::{Blade, BladeSpec, CamberSection, NEAREST_ERROR_MM, Platform, SectionCurve};
 use proveout_geom::{Point, Vector};
 
 struct Random(u64);

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use proveout_geom::blade::{
+use proveout_blade::{
     Blade, BladeEnd, BladeSolid, BladeSpec, CamberSection, CamberSide, ClosedForm, ClosedSurface, Cui, Domain, Dong,
     FOOT_ERROR_MM, Foot, Local, Lu, ParametricSurface, Plate, PointedSection, SectionPart, Sine, SkinnedBlade,
     scalar::Scalar,

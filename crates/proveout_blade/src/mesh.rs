@@ -5,12 +5,13 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use proveout_geom::{Point, TriMesh};
+
 use super::{
     LEAST_BEND,
     body::Blade,
     solid_mesh::{COARSEST_MM, FINEST_MM},
 };
-use crate::{Point, TriMesh};
 
 /// Smallest step of an arc, radian.
 const LEAST_ARC: f64 = 1e-4;

@@ -6,7 +6,7 @@
 //!   h_k m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_{k-1} m_{k+1} = 3 (h_k c_{k-1} + h_{k-1} c_k)
 //! ```
 
-use crate::Vector;
+use proveout_geom::Vector;
 
 /// What holds at the ends.
 #[derive(Clone, Copy, Debug)]

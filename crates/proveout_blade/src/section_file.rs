@@ -13,9 +13,8 @@
 //! first point is not repeated at the end (where it is, the repeated one is left). `part` may be left out; with it every point is `leading`,
 //! `trailing`, `suction` or `pressure`, and the points where an edge joins a side belong to the edge. Coordinates are in mm.
 
+use proveout_geom::{Point, Vector};
 use thiserror::Error;
-
-use crate::{Point, Vector};
 
 /// Part of a section that a point belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

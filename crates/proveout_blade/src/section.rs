@@ -20,9 +20,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use proveout_input::MAX_LENGTH_MM;
 use thiserror::Error;
-
-use crate::MAX_LENGTH_MM;
 
 /// Panels of Gauss-Legendre quadrature on each of the four pieces of a section.
 const PANELS: usize = 24;

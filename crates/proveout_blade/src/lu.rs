@@ -11,12 +11,13 @@
 
 use std::f64::consts::TAU;
 
+use proveout_geom::rad;
+
 use super::{
     closed_form::{ClosedForm, ClosedSurface},
     scalar::Scalar,
     surface::{Domain, ParametricSurface},
 };
-use crate::rad;
 
 /// Panels in which the length of a section is summed.
 const PANELS: usize = 256;
@@ -159,13 +160,13 @@ mod tests {
     fn turning(blade: &ClosedSurface<Lu>, line: impl Fn(f64) -> f64) -> (f64, f64) {
         let steps = 4000;
         let (mut angles, mut rate) = (Vec::new(), 0.0_f64);
-        let mut last: Option<(crate::Point, f64)> = None;
+        let mut last: Option<(proveout_geom::Point, f64)> = None;
         for k in 0..=steps {
             let v = f64::from(k) / f64::from(steps);
             let at = blade.local(line(v), v);
             let mut beta = at.normal.z.atan2(at.normal.y);
             if let Some((p, b)) = last {
-                beta = crate::wrap_near(beta, b);
+                beta = proveout_geom::wrap_near(beta, b);
                 rate = rate.max((beta - b).abs() / (at.point - p).norm());
             }
             angles.push(beta);

@@ -20,11 +20,12 @@
 
 mod bounds;
 
+use proveout_geom::{Point, Vector};
+
 use super::{
     body::{Blade, Platform},
     discs::{DiscView, Discs, STARTS, cut, look_at},
 };
-use crate::{Point, Vector};
 
 /// The distance of [`Blade::nearest`] is not larger than the true one by more than this, mm.
 pub const NEAREST_ERROR_MM: f64 = 1e-7;

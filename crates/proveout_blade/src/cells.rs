@@ -14,7 +14,7 @@
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
-use crate::{Point, Vector};
+use proveout_geom::{Point, Vector};
 
 use super::{
     LEAST_PART,

@@ -8,8 +8,9 @@
 //! The row runs along z from plate to plate at w = 0, d from the axis of C. u is w, v is z, both mm; the
 //! blade's length is along +Z.
 
+use proveout_geom::rad;
+
 use super::{closed_form::ClosedForm, scalar::Scalar, surface::Domain};
-use crate::rad;
 
 /// The formula.
 #[derive(Clone, Copy, Debug, PartialEq)]

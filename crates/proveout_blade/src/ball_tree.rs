@@ -1,6 +1,6 @@
 //! Balls in a tree: which centers are nearest to a point, and which balls come near it.
 
-use crate::Point;
+use proveout_geom::Point;
 
 /// Items of a leaf.
 const LEAF: usize = 4;

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use proveout_geom::blade::{
+use proveout_blade::{
     Backing, Blade, BladeEnd, BladeSolid, BladeSpec, CamberSection, ClosedForm, ClosedSurface, Cui, Dong, Lu,
     MeasuredMesh, ParametricSurface, Plate, Platform, PointedSection, SectionPart, Sine, SkinnedBlade, face_mesh,
 };

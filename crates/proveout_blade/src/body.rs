@@ -1,5 +1,7 @@
 //! A section extruded along X, twisted, on a platform with a fillet.
 
+use proveout_geom::{Point, Vector};
+use proveout_input::MAX_LENGTH_MM;
 use thiserror::Error;
 
 use super::{
@@ -7,7 +9,6 @@ use super::{
     discs::Discs,
     section::{CamberSection, SectionCurve, SectionError},
 };
-use crate::{MAX_LENGTH_MM, Point, Vector};
 
 /// Platform below the blade: the outline of the section at a distance, with flat faces.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -10,6 +10,8 @@
 
 use std::f64::consts::TAU;
 
+use proveout_geom::{Point, Vector};
+
 use super::{
     body::Blade,
     cells::{CellCover, CurvatureBounds},
@@ -17,7 +19,6 @@ use super::{
     section::SectionPoint,
     surface::{Domain, Foot, Local, ParametricSurface},
 };
-use crate::{Point, Vector};
 
 /// Places at which the curvature is asked for its range in a cell; within a side it changes slowly.
 const PLACES: u32 = 2000;

@@ -7,7 +7,7 @@
 
 use std::fmt::Debug;
 
-use crate::{Point, Vector};
+use proveout_geom::{Point, Vector};
 
 /// Shorter sums of derivatives have no direction: all directions have the same curvature.
 const SHORTEST: f64 = 1e-12;

@@ -3,8 +3,9 @@
 //! A patch over the unit square is `sum B_i(s) B_j(t) P_ij` (Farin 2002, chapter 16). Each of its derivatives is such a sum over differences of the
 //! control points, and a sum of Bernstein polynomials lies in the convex hull of its control points: the largest of them bounds the derivative.
 
+use proveout_geom::Vector;
+
 use super::scalar::{Interval, Scalar};
-use crate::Vector;
 
 /// Control points, the first index along u.
 pub(super) type Net = [[Vector; 4]; 4];

@@ -2,12 +2,13 @@
 
 use std::fmt::Debug;
 
+use proveout_geom::{Point, Vector};
+
 use super::{
     cells::{CellCover, CurvatureBounds},
     scalar::{Interval, Jet, Scalar},
     surface::{Domain, Foot, Local, ParametricSurface},
 };
-use crate::{Point, Vector};
 
 /// A formula for S(u, v) that is smooth over its whole domain, seams included.
 pub trait ClosedForm: Debug + Send + Sync {

@@ -8,11 +8,12 @@
 //!   nearest point, or its end does, where the next face goes on with the same normal.
 //! * plane faces: the point below, if it is in the face and not in the foot of the blade; else the rim.
 
+use proveout_geom::{Point, Vector};
+
 use super::{
     FOOT_ERROR_MM, LEAST_PART, flat,
     solid::{BladeSolid, Plate},
 };
-use crate::{Point, Vector};
 
 /// Steps of the golden section: a step of half a degree is narrowed to a millionth.
 const SECTIONS: usize = 30;

@@ -32,7 +32,7 @@ pub enum Step<'a> {
 /// The text of a TOML file with its syntax tree.
 ///
 /// ```
-/// use proveout_geom::Document;
+/// use proveout_input::Document;
 ///
 /// #[derive(Debug, serde::Deserialize)]
 /// #[serde(deny_unknown_fields)]
