@@ -19,11 +19,11 @@ use std::ops::Range;
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Location, Offset, Op, ToolName};
-use proveout_tool::Profile;
-use proveout_toolpath::reschedule::{
+use proveout_reschedule::{
     ContactSurface, CuttingBlock, CuttingRun, FeasibleRegion, Method, RescheduleError, Study, Surroundings, TimeLaw,
     slerp,
 };
+use proveout_tool::Profile;
 
 use crate::{
     alternatives::{Alternatives, ScheduleRun, rounding},

@@ -10,11 +10,9 @@ use proveout_controller::Settings;
 use proveout_geom::{ToolPose, Vector};
 use proveout_machine::Machine;
 use proveout_nc::{Feed, Op};
+use proveout_path::HelicalPass;
+use proveout_reschedule::{CuttingBlock, CuttingRun, Method, STheta, Surroundings};
 use proveout_tool::Cutter;
-use proveout_toolpath::{
-    HelicalPass,
-    reschedule::{CuttingBlock, CuttingRun, Method, STheta, Surroundings},
-};
 
 /// Original and re-scheduled poses of a pass round the stand-in blade of the s-theta specification, and the way of the ball
 /// center to each block.

@@ -9,7 +9,7 @@ use crate::common::{Program, Random, bc_machine, for_all, run_with, tool};
 use proveout_controller::Settings;
 use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;
-use proveout_toolpath::reschedule::{
+use proveout_reschedule::{
     AxisPair, Caps, CellBound, FeedFloor, JointGates, Proof, Schedules, SwingLimits, taut_string,
 };
 
@@ -62,7 +62,7 @@ fn outcome(seed: u64) -> Outcome {
     let string = taut_string(
         [0.0, middle[0]],
         &(1..n)
-            .map(|i| proveout_toolpath::reschedule::TautGate { s: i as f64, low: gates[i][0], high: gates[i][1] })
+            .map(|i| proveout_reschedule::TautGate { s: i as f64, low: gates[i][0], high: gates[i][1] })
             .collect::<Vec<_>>(),
         [n as f64, middle[n]],
     )

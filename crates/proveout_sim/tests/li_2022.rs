@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use proveout_controller::{ProgramRun, Reprogrammed, program_runs};
 use proveout_machine::Machine;
 use proveout_nc::{Command, Dialect, Op, Program, Settings};
+use proveout_reschedule::CurveKind;
 use proveout_sim::compare::{CompareChoice, Comparing};
 use proveout_sim::scene::Scene;
 use proveout_sim::{PartOnTable, Prepared, programs};
 use proveout_tool::ToolLibrary;
-use proveout_toolpath::reschedule::CurveKind;
 
 /// Radius of the ball, mm.
 const BALL: f64 = 8.0;

@@ -10,10 +10,10 @@ use proveout_controller::Reprogramming;
 use proveout_geom::ToolPose;
 use proveout_machine::{KinematicsError, Machine};
 use proveout_nc::{Command, Offset, Op, Program, ToolName};
+use proveout_reschedule::{CuttingRun, Method, RescheduleError, Rescheduled, Study, Surroundings};
 use proveout_sim::Prepared;
 use proveout_sim::scene::Scene;
 use proveout_tool::{ToolId, ToolLibrary};
-use proveout_toolpath::reschedule::{CuttingRun, Method, RescheduleError, Rescheduled, Study, Surroundings};
 
 #[derive(Default)]
 struct LeanFromNormal {

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use proveout_geom::ToolPose;
 use proveout_machine::{JointValues, Machine};
-use proveout_toolpath::reschedule::{JointGates, SwingLimits};
+use proveout_reschedule::{JointGates, SwingLimits};
 
 use crate::rtcp::Rig;
 

@@ -21,7 +21,7 @@ pub use two_angles::TwoAngles;
 use proveout_geom::{Point, ToolPose};
 use proveout_machine::{Carries, JointValues, KinematicsError, Machine};
 use proveout_nc::{Command, Op, PathMode};
-use proveout_toolpath::reschedule::{JointGates, Rescheduled, Schedules, SwingLimits, TurnChannel};
+use proveout_reschedule::{JointGates, Rescheduled, Schedules, SwingLimits, TurnChannel};
 
 use linear::{AtGate, linear_gates};
 

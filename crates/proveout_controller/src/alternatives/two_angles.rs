@@ -2,7 +2,7 @@
 
 use proveout_geom::{ToolPose, Vector};
 use proveout_machine::{Carries, JointValues, Machine};
-use proveout_toolpath::reschedule::{AxisPair, Caps};
+use proveout_reschedule::{AxisPair, Caps};
 
 /// Axes that move by less than this are those of the program before, radian.
 const MOVED: f64 = 1e-6;

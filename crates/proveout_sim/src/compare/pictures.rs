@@ -3,7 +3,7 @@
 
 use proveout_controller::ReprogrammedRun;
 use proveout_geom::{TriMesh, Vector};
-use proveout_toolpath::reschedule::{Curve, CurveKind, Figure};
+use proveout_reschedule::{Curve, CurveKind, Figure};
 
 use crate::observe::study::StudyFigure;
 

@@ -5,8 +5,8 @@ use std::path::Path;
 use proveout_controller::{ControlError, Reprogrammed};
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, Settings};
+use proveout_reschedule::{KEPT, Study};
 use proveout_tool::ToolLibrary;
-use proveout_toolpath::reschedule::{KEPT, Study};
 
 use crate::{
     compare::certificate::{ScheduleCertificate, blocks_of, certify},

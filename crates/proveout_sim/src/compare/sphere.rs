@@ -86,7 +86,7 @@ pub(super) fn gauss_sphere(run: &ReprogrammedRun) -> Vec<StudyCurve> {
 #[cfg(test)]
 mod tests {
     use proveout_geom::Point;
-    use proveout_toolpath::reschedule::Study;
+    use proveout_reschedule::Study;
 
     use super::*;
 

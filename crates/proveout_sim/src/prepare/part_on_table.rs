@@ -9,9 +9,8 @@ use proveout_collision::{
 };
 use proveout_geom::{Pose, ToolPose, TriMesh};
 use proveout_input::InputError;
+use proveout_reschedule::{AxisTurn, BladeSurface, ContactSurface, FeasibleRegion};
 use proveout_tool::Tool;
-use proveout_toolpath::BladeSurface;
-use proveout_toolpath::reschedule::{AxisTurn, ContactSurface, FeasibleRegion};
 
 use crate::{prepare::part_shape::Shape, scene::Scene};
 

@@ -7,10 +7,8 @@ use proveout_geom::{ToolPose, Vector, deg};
 use proveout_input::{InputError, Step, Step::Key};
 use proveout_machine::{JointValues, KinematicsError, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Motion, Op, OrientationInterpolation, Tcp};
+use proveout_path::{Extreme, LineContacts, LinkRule, Move, PathCutter, PathJudgement, Setting, Task, linked};
 use proveout_tool::{Tool, ToolId, ToolLibrary};
-use proveout_toolpath::path::{
-    Extreme, LineContacts, LinkRule, Move, PathCutter, PathJudgement, Setting, Task, linked,
-};
 use serde::Serialize;
 
 use crate::{
@@ -220,7 +218,7 @@ pub fn plan_over(
         allowance: file.allowance_mm,
     };
     check(file).map_err(keyed)?;
-    let refused = |e: proveout_toolpath::path::PathError| {
+    let refused = |e: proveout_path::PathError| {
         wrong(format!("[plan.{name}]: {e}"), "change the plan, the tool or the mount: nothing was written")
     };
     let lines = task.plan(planned.as_ref()).map_err(refused)?;
@@ -489,7 +487,7 @@ fn report(
     tcp: bool,
 ) -> PlanReport {
     let shown = |e: &Option<Extreme>, factor: f64| e.as_ref().map(|e| place(e, factor));
-    let joint = |d: &proveout_toolpath::path::JointDemand| {
+    let joint = |d: &proveout_path::JointDemand| {
         let factor = if d.rotary { deg(1.0) } else { 1.0 };
         JointReport {
             name: d.name.clone(),

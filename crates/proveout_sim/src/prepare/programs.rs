@@ -136,10 +136,8 @@ pub fn helix(scene: &Scene, machine: &Machine, tools: &ToolLibrary) -> Result<Ve
     });
     writer.rotary(machine, &start.q);
     writer.push(Op::Tcp(Tcp { on: true, interpolation: OrientationInterpolation::GreatCircle }));
-    let off = |p: &proveout_toolpath::PassPoint| ToolPose {
-        tip: p.pose.tip + p.normal * plan.clearance_mm,
-        axis: p.pose.axis,
-    };
+    let off =
+        |p: &proveout_path::PassPoint| ToolPose { tip: p.pose.tip + p.normal * plan.clearance_mm, axis: p.pose.axis };
     let rate = plan.feed_mm_min / 60.0;
     writer.motion(&off(first), true);
     writer.feed(plan.clearance_mm / rate);

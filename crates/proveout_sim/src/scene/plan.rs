@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use proveout_geom::{Vector, rad};
-use proveout_toolpath::HelicalPass;
-use proveout_toolpath::path::{
-    AxisRule, ConstantScallop, Flank, IsoParametric, IsoPlanar, Label, OneWay, Pocket, PointRoughing, QuasiCircle, Row,
-    Rulings, Spacing, StepRule, Strategy, Transverse,
+use proveout_path::{
+    AxisRule, ConstantScallop, Flank, HelicalPass, IsoParametric, IsoPlanar, Label, OneWay, Pocket, PointRoughing,
+    QuasiCircle, Row, Rulings, Spacing, StepRule, Strategy, Transverse,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;

@@ -5,7 +5,7 @@ mod words;
 
 use std::f64::consts::TAU;
 
-use proveout_toolpath::reschedule::{
+use proveout_reschedule::{
     ChannelKind, Criterion, Junction, Measurement, Method, MinAngularAcceleration, MultiScale, Quaternion, RowEnds,
     STheta, SearchedInset, Singularity, Smooth, SmoothRows, ThetaUnit,
 };

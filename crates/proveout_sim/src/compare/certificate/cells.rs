@@ -1,7 +1,7 @@
 //! The bound over cells of both rotary joints, as it is written.
 
 use proveout_controller::TwoAngles;
-use proveout_toolpath::reschedule::CellBound;
+use proveout_reschedule::CellBound;
 use serde::Serialize;
 
 /// One of both joints.

@@ -1,6 +1,6 @@
 //! What the table needs at least where every block takes its programmed time, and what the new program has of it.
 
-use proveout_toolpath::reschedule::{LeastPeak, peak_of};
+use proveout_reschedule::{LeastPeak, peak_of};
 use serde::Serialize;
 
 /// Angles that fall back by less than this have not turned back, radian: eight decimals of a tool vector.

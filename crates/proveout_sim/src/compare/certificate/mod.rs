@@ -23,7 +23,7 @@ mod ramps;
 
 use proveout_controller::{Alternatives, ReprogrammedRun};
 use proveout_geom::Point;
-use proveout_toolpath::reschedule::{FeedFloor, JointGates, Proof, Schedules};
+use proveout_reschedule::{FeedFloor, JointGates, Proof, Schedules};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

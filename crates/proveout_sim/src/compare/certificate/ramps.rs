@@ -7,7 +7,7 @@
 //! ends as long before the end: the bound holds for a part of the blocks as it does for all of
 //! them.
 
-use proveout_toolpath::reschedule::{JointGates, Schedules};
+use proveout_reschedule::{JointGates, Schedules};
 use serde::Serialize;
 
 use super::{WindowCertificate, window};
@@ -68,7 +68,7 @@ impl RampsApart {
 
 #[cfg(test)]
 mod tests {
-    use proveout_toolpath::reschedule::SwingLimits;
+    use proveout_reschedule::SwingLimits;
 
     use super::*;
 
