@@ -1,4 +1,5 @@
-//! What front ends other than the command line call: the glue between the parts of the twin, without words on a terminal.
+//! What front ends other than the command line call: the glue between the parts of the twin, without words on
+//! a terminal.
 //!
 //! The commands themselves use it, so that a run of another front end leaves the same files.
 
@@ -168,7 +169,8 @@ pub struct CompareOrder<'a> {
 /// motions done and their total; `watchers` returns the observers of a run.
 ///
 /// # Errors
-/// [`CommandError`] of the scene, of a run, or of a watcher that ends it: no folder is then left that was not there before.
+/// [`CommandError`] of the scene, of a run, or of a watcher that ends it: no folder is then left that was not
+/// there before.
 pub fn compare(
     order: &CompareOrder<'_>,
     told: &(dyn Fn(usize, usize) + Sync),

@@ -1,7 +1,8 @@
 //! What goes to a terminal: lines of text without anything that would steer it.
 //!
-//! Names, comments and lines of programs come from others. An escape sequence in one could clear the screen, set the clipboard or
-//! the title (ECMA-48; OSC of xterm), and marks of direction (Unicode, UAX 9) could show a line in another order than it is read.
+//! Names, comments and lines of programs come from others. An escape sequence in one could clear the screen,
+//! set the clipboard or the title (ECMA-48; OSC of xterm), and marks of direction (Unicode, UAX 9) could show
+//! a line in another order than it is read.
 
 /// Text with control characters shown as their pictures; line feeds stay, tabs become blanks.
 pub(crate) fn plain(text: &str) -> String {

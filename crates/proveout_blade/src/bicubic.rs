@@ -1,7 +1,8 @@
 //! Bicubic patches as Bernstein polynomials: place, derivatives, and bounds of the second ones.
 //!
-//! A patch over the unit square is `sum B_i(s) B_j(t) P_ij` (Farin 2002, chapter 16). Each of its derivatives is such a sum over differences of the
-//! control points, and a sum of Bernstein polynomials lies in the convex hull of its control points: the largest of them bounds the derivative.
+//! A patch over the unit square is `sum B_i(s) B_j(t) P_ij` (Farin 2002, chapter 16). Each of its derivatives
+//! is such a sum over differences of the control points, and a sum of Bernstein polynomials lies in the
+//! convex hull of its control points: the largest of them bounds the derivative.
 
 use proveout_geom::Vector;
 
@@ -27,7 +28,8 @@ pub(super) fn hermite(ends: [Vector; 2], slopes: [Vector; 2], width: f64) -> [Ve
     [ends[0], ends[0] + slopes[0] * (width / 3.0), ends[1] - slopes[1] * (width / 3.0), ends[1]]
 }
 
-/// Place, first and second derivatives (`u`, `v`, `uu`, `uv`, `vv`) of a patch of the widths given, at (s, t) of the unit square; any real numbers.
+/// Place, first and second derivatives (`u`, `v`, `uu`, `uv`, `vv`) of a patch of the widths given, at (s, t)
+/// of the unit square; any real numbers.
 pub(super) fn at(net: &Net, widths: [f64; 2], s: f64, t: f64) -> [Vector; 6] {
     // Loops, no maps of arrays: those are calls, and took more time than the sums.
     let mut across = [[Vector::zeros(); 4]; 3];

@@ -71,8 +71,9 @@ const CROSSING_MM: f64 = 1e-6;
 
 /// A blade along +X: its section turns by `twist` for each mm; the platform's top face lies at X = 0.
 ///
-/// In the fillet the outline of the section has the offset `f - sqrt(f^2 - (f - X)^2)`: for a blade without twist that is the
-/// surface of a ball of radius f rolling in the corner; with twist it differs from one by the small tilt of the sides.
+/// In the fillet the outline of the section has the offset `f - sqrt(f^2 - (f - X)^2)`: for a blade without
+/// twist that is the surface of a ball of radius f rolling in the corner; with twist it differs from one by
+/// the small tilt of the sides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blade {
     spec: BladeSpec,
@@ -139,8 +140,8 @@ impl Blade {
         self.raised(point.position, point.normal_angle, x)
     }
 
-    /// A point of an outline (y, z and angle of its normal, as [`SectionCurve::at`] gives them) in the plane X, turned with
-    /// the blade, with the normal of the airfoil there.
+    /// A point of an outline (y, z and angle of its normal, as [`SectionCurve::at`] gives them) in the plane
+    /// X, turned with the blade, with the normal of the airfoil there.
     pub fn raised(&self, position: [f64; 2], normal_angle: f64, x: f64) -> SurfacePoint {
         let turn = self.spec.twist * x;
         let (s, c) = turn.sin_cos();

@@ -1,7 +1,8 @@
-//! The airfoil of a [`Blade`] (circles on a circular camber line, twisted) as a surface: u is the arc length of the section, v the X, both mm.
+//! The airfoil of a [`Blade`] (circles on a circular camber line, twisted) as a surface: u is the arc length
+//! of the section, v the X, both mm.
 //!
-//! With the outline P(s) by arc length (outward normal n, tangent t, curvature k, `P' = t`, `t' = -k n`) and the twist w for
-//! each mm the airfoil is `S(s, x) = R(w x) P(s) + x e_x`, so that
+//! With the outline P(s) by arc length (outward normal n, tangent t, curvature k, `P' = t`, `t' = -k n`) and
+//! the twist w for each mm the airfoil is `S(s, x) = R(w x) P(s) + x e_x`, so that
 //!
 //! ```text
 //!   S_s = t          S_ss = -k n           (t, n turned with the blade)

@@ -1,16 +1,19 @@
 //! The nearest point of a smooth map S(u, v), of all that there are, by branch and bound over cells of its parameters.
 //!
-//! In a cell with center c, half widths a, b and bounds `U >= |S_uu|`, `W >= |S_uv|`, `V >= |S_vv|` Taylor's formula gives
+//! In a cell with center c, half widths a, b and bounds `U >= |S_uu|`, `W >= |S_uv|`, `V >= |S_vv|` Taylor's
+//! formula gives
 //!
 //! ```text
 //!   | S(c + (x, y)) - S(c) - x S_u(c) - y S_v(c) |  <=  bulge = (U a^2 + 2 W a b + V b^2) / 2        |x| <= a, |y| <= b
 //! ```
 //!
-//! so that no point of the cell is nearer than the distance from the parallelogram of the tangents less the bulge. Each halving of a cell quarters the
-//! bulge, and round the nearest point a bounded number of cells is left at each size: a search ends after as many sizes as it takes to
-//! bring the bulge below [`FOOT_ERROR_MM`], or until the distance is proved to be convex round the place found. Newton's method (gradient of the distance, `(S - p) . S_u = (S - p) . S_v = 0`) finds the place; the cells
-//! only prove that there is no nearer one. The bounds come from an interval evaluation of the second derivatives, or from the control
-//! points of a spline.
+//! so that no point of the cell is nearer than the distance from the parallelogram of the tangents less the
+//! bulge. Each halving of a cell quarters the bulge, and round the nearest point a bounded number of cells is
+//! left at each size: a search ends after as many sizes as it takes to bring the bulge below
+//! [`FOOT_ERROR_MM`], or until the distance is proved to be convex round the place found. Newton's method
+//! (gradient of the distance, `(S - p) . S_u = (S - p) . S_v = 0`) finds the place; the cells only prove that
+//! there is no nearer one. The bounds come from an interval evaluation of the second derivatives, or from the
+//! control points of a spline.
 
 use std::{cmp::Ordering, collections::BinaryHeap};
 
@@ -23,8 +26,8 @@ use super::{
     surface::{Domain, Foot, Local, ParametricSurface},
 };
 
-/// The distance of the point that a search over cells finds is not larger than the least one by more than this, mm, where the search came to
-/// its end; else by more than [`Foot::error`].
+/// The distance of the point that a search over cells finds is not larger than the least one by more than
+/// this, mm, where the search came to its end; else by more than [`Foot::error`].
 pub const FOOT_ERROR_MM: f64 = 1e-6;
 /// Relative margin of the bounds against rounding.
 const MARGIN: f64 = 1e-9;
@@ -41,19 +44,21 @@ const POLISHED_MM: f64 = 1e-3;
 const STARTS: usize = 3;
 /// Cells that are halved to prove that a surface is farther than something.
 const LOOKS: usize = 64;
-/// Cells that one search looks at: beyond this a whole patch is equally near, as to the center of a sphere. The search ends there and says how
-/// much nearer the cells that are left might come ([`Foot::error`]).
+/// Cells that one search looks at: beyond this a whole patch is equally near, as to the center of a sphere.
+/// The search ends there and says how much nearer the cells that are left might come ([`Foot::error`]).
 const MOST_CELLS: usize = 100_000;
 /// A cell whose radius has no bound counts as so large where the size of a surface is estimated, mm.
 const MOST_RADIUS_MM: f64 = 1e4;
 /// A step of the polishing may lead away by this, mm: rounding.
 const AWAY_MM: f64 = 1e-9;
-/// Part of the determinant by the first derivatives below which that by the second ones is not used: there is no minimum nearby.
+/// Part of the determinant by the first derivatives below which that by the second ones is not used: there is
+/// no minimum nearby.
 const LEAST_DETERMINANT: f64 = 1e-9;
 
 /// A surface with bounds of its second derivatives.
 pub(super) trait CurvatureBounds {
-    /// Ranges of x, y, z of `S_uu`, `S_uv`, `S_vv` over a cell; of a surface that is closed along u, cells may reach over the seam.
+    /// Ranges of x, y, z of `S_uu`, `S_uv`, `S_vv` over a cell; of a surface that is closed along u, cells
+    /// may reach over the seam.
     fn second(&self, u: [f64; 2], v: [f64; 2]) -> [[Interval; 3]; 3];
 
     /// Upper bounds of `|S_uu|`, `|S_uv|`, `|S_vv|` over a cell.
@@ -170,7 +175,8 @@ pub(super) struct CellCover {
 }
 
 impl CellCover {
-    /// Cells no longer than a sixteenth of the surface, each nearly flat. `lines`: parameters across which a cell may not reach, for u and v.
+    /// Cells no longer than a sixteenth of the surface, each nearly flat. `lines`: parameters across which a
+    /// cell may not reach, for u and v.
     pub(super) fn new<S: ParametricSurface + CurvatureBounds>(surface: &S, lines: [&[f64]; 2]) -> Self {
         let Domain { u, v, .. } = surface.domain();
         let cut = |range: [f64; 2], lines: &[f64]| {
@@ -278,9 +284,10 @@ impl CellCover {
     }
 }
 
-/// The place found, round which the distance may be proved to have no other minimum: where the second derivatives of `|S - p|^2 / 2`, `S_i . S_j +
-/// (S - p) . S_ij`, are positive definite over a box that holds the place and a cell, no point of the cell is nearer than the place. Nor is one where
-/// the place lies on the rim, the distance grows from there inward all over the box, and is convex along the rim.
+/// The place found, round which the distance may be proved to have no other minimum: where the second
+/// derivatives of `|S - p|^2 / 2`, `S_i . S_j + (S - p) . S_ij`, are positive definite over a box that holds
+/// the place and a cell, no point of the cell is nearer than the place. Nor is one where the place lies on
+/// the rim, the distance grows from there inward all over the box, and is convex along the rim.
 struct Bowl {
     found: ([f64; 2], f64),
     at: Local,
@@ -376,7 +383,8 @@ fn descend<S: ParametricSurface>(surface: &S, domain: &Domain, p: &Point, start:
     (here, distance)
 }
 
-/// The distance is flat round its minimum and stops telling places apart at the root of its rounding; there the gradient goes on.
+/// The distance is flat round its minimum and stops telling places apart at the root of its rounding; there
+/// the gradient goes on.
 fn polish<S: ParametricSurface>(surface: &S, domain: &Domain, p: &Point, from: [f64; 2], far: f64) -> ([f64; 2], f64) {
     let (mut here, mut distance) = (from, far);
     for _ in 0..POLISHING {

@@ -1,30 +1,32 @@
 //! Signed distance to a section, as a union of discs.
 //!
-//! The outline is the envelope of circles `(c, r)` whose centers run along the camber line. Where no circle reaches over the place at which
-//! another one touches the outline (asked for when a blade is made), the section is the union of their discs and each of them
-//! touches the outline on both sides: it fits into no larger disc within the section. So for every point q of the plane, with the
-//! way `s` along the camber line,
+//! The outline is the envelope of circles `(c, r)` whose centers run along the camber line. Where no circle
+//! reaches over the place at which another one touches the outline (asked for when a blade is made), the
+//! section is the union of their discs and each of them touches the outline on both sides: it fits into no
+//! larger disc within the section. So for every point q of the plane, with the way `s` along the camber line,
 //!
 //! ```text
 //!     g(q) = min over s of F(s),     F(s) = |q - c(s)| - r(s)
 //! ```
 //!
-//! is the signed distance from the outline, below zero inside. *Outside:* the distance from a union is the least of those from its parts.
-//! *Inside:* the largest disc about q within the section touches the outline at a point P, which belongs to the circle of some s;
-//! q and c(s) lie on the normal of P. Were q farther from P than c(s), its disc would hold that of s, which fits into none. So q lies
-//! between, `|q - c| = r - |q - P|`, and no s gives a lower value, since every disc about q of radius `-F(s)` lies within the section.
-//! With r + d in place of r the same holds for the outline at a distance d: its signed distance is g - d.
+//! is the signed distance from the outline, below zero inside. *Outside:* the distance from a union is the
+//! least of those from its parts. *Inside:* the largest disc about q within the section touches the outline
+//! at a point P, which belongs to the circle of some s; q and c(s) lie on the normal of P. Were q farther
+//! from P than c(s), its disc would hold that of s, which fits into none. So q lies between, `|q - c| = r -
+//! |q - P|`, and no s gives a lower value, since every disc about q of radius `-F(s)` lies within the
+//! section. With r + d in place of r the same holds for the outline at a distance d: its signed distance is
+//! g - d.
 //!
-//! **The least value, wherever it lies** (branch and bound). `|z|` is convex, so that with `z = q - c`, `e = z / |z|`, a camber line of
-//! radius R and `r'' <= k`
+//! **The least value, wherever it lies** (branch and bound). `|z|` is convex, so that with `z = q - c`, `e =
+//! z / |z|`, a camber line of radius R and `r'' <= k`
 //!
 //! ```text
 //!     F(s + t) >= F + F' t - (1/R + k) t^2 / 2            F' = -e . c' - r'
 //!     F(s + t) >= F + F' t - (1/R + k - b^2 / f) t^2 / 2   b = |c' - (c' . e) e| - |t| / 2R,   f = |z| + |t|
 //! ```
 //!
-//! The second follows from `sqrt(u^2 + v^2) >= u + v^2 / 2 sqrt(u^2 + v^2)` for the parts u, v of z along and across e; it makes most
-//! intervals convex, so that one look at the place of Newton's method settles them.
+//! The second follows from `sqrt(u^2 + v^2) >= u + v^2 / 2 sqrt(u^2 + v^2)` for the parts u, v of z along and
+//! across e; it makes most intervals convex, so that one look at the place of Newton's method settles them.
 
 use std::f64::consts::{PI, TAU};
 
@@ -92,7 +94,8 @@ pub(super) struct DiscView {
     pub(super) value: f64,
     /// F'.
     pub(super) slope: f64,
-    /// Distance from the center and direction from there; zero in the center itself, where any slope down to this one is a bound.
+    /// Distance from the center and direction from there; zero in the center itself, where any slope down to
+    /// this one is a bound.
     pub(super) far: f64,
     pub(super) away: [f64; 2],
     /// Part of `along` across `away`.
@@ -187,8 +190,8 @@ impl Discs {
         (s, seen)
     }
 
-    /// Signed distance of a point from the outline with the place that gives it: no other place gives less by more than a
-    /// nanometer's thousandth.
+    /// Signed distance of a point from the outline with the place that gives it: no other place gives less by
+    /// more than a nanometer's thousandth.
     pub(super) fn nearest(&self, q: [f64; 2]) -> (f64, DiscView) {
         let width = self.length / STARTS as f64;
         let seen = self.starts.map(|(_, disc)| Self::see_disc(q, disc));
@@ -232,7 +235,8 @@ impl Discs {
     }
 }
 
-/// Where an interval is looked at: at its place nearest to the best one known, when that is not far away, else in the middle.
+/// Where an interval is looked at: at its place nearest to the best one known, when that is not far away,
+/// else in the middle.
 pub(super) fn look_at([lo, hi]: [f64; 2], best: Option<f64>) -> f64 {
     let (middle, half) = (0.5 * (lo + hi), 0.5 * (hi - lo));
     best.filter(|best| (best - middle).abs() <= 3.0 * half).map_or(middle, |best| best.clamp(lo, hi))

@@ -1,5 +1,5 @@
-//! Plane faces with any outline: triangles by cutting off ears (Meisters 1975; a hole is joined to the outline by a bridge, Eberly 2008), and whether
-//! a point lies within.
+//! Plane faces with any outline: triangles by cutting off ears (Meisters 1975; a hole is joined to the
+//! outline by a bridge, Eberly 2008), and whether a point lies within.
 
 /// Twice the area of a triangle, positive where it runs counter-clockwise.
 fn area(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
@@ -36,8 +36,8 @@ pub(super) fn crossing(polygon: &[[f64; 2]]) -> Option<(usize, usize)> {
     })
 }
 
-/// Triangles over a polygon of places, given as indices into `places`, counter-clockwise, with a hole in it, clockwise. None where an ear is not
-/// found: the outline crosses itself.
+/// Triangles over a polygon of places, given as indices into `places`, counter-clockwise, with a hole in it,
+/// clockwise. None where an ear is not found: the outline crosses itself.
 pub(super) fn triangles(places: &[[f64; 2]], outline: &[u32], hole: &[u32]) -> Option<Vec<[u32; 3]>> {
     let at = |i: u32| places[i as usize];
     let mut ring = outline.to_vec();

@@ -7,7 +7,8 @@
 //!   m = 0.14 - 0.09 v   tau = 0.10 - 0.04 v   chord 40 (1 - 0.25 v) mm   stagger 20 + 30 v degrees   span 100 mm
 //! ```
 //!
-//! u is w (radian), v the part of the span. The span runs along +X, the section lies in Y (chord) and Z and turns with the stagger about X.
+//! u is w (radian), v the part of the span. The span runs along +X, the section lies in Y (chord) and Z and
+//! turns with the stagger about X.
 
 use std::f64::consts::TAU;
 
@@ -120,8 +121,8 @@ impl ClosedSurface<Lu> {
         SectionLength { v, ends }
     }
 
-    /// The angle w at which the section has run through a part of its length from the trailing edge over the suction side: the cumulative
-    /// chord-length parameter of infinitely many points.
+    /// The angle w at which the section has run through a part of its length from the trailing edge over the
+    /// suction side: the cumulative chord-length parameter of infinitely many points.
     pub fn angle_at_part(&self, lengths: &SectionLength, part: f64) -> f64 {
         let (width, whole) = (TAU / PANELS as f64, lengths.ends[PANELS]);
         let wanted = part.clamp(0.0, 1.0) * whole;

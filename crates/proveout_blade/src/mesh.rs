@@ -1,7 +1,8 @@
 //! Watertight mesh of a blade.
 //!
-//! Rings of the same outline parameters at rising X are stitched into strips; every ring has its points at the same camber
-//! positions and edge angles, so that caps are strips across the camber line: no triangulation of a concave polygon is needed.
+//! Rings of the same outline parameters at rising X are stitched into strips; every ring has its points at
+//! the same camber positions and edge angles, so that caps are strips across the camber line: no
+//! triangulation of a concave polygon is needed.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -27,8 +28,9 @@ struct MeshLevel {
 impl Blade {
     /// A closed mesh whose chords and facets stay within `chord_error` mm of the blade.
     ///
-    /// Steps follow from the sagitta `h^2 / 8 r`: along the sides of the camber radius, around the edges of their radius, in
-    /// the fillet of its radius, and along X of the saddle that twist makes of a strip (`twist h_x h / 4`).
+    /// Steps follow from the sagitta `h^2 / 8 r`: along the sides of the camber radius, around the edges of
+    /// their radius, in the fillet of its radius, and along X of the saddle that twist makes of a strip
+    /// (`twist h_x h / 4`).
     pub fn mesh(&self, chord_error: f64) -> TriMesh {
         let spec = self.spec();
         let tolerance = chord_error.clamp(FINEST_MM, COARSEST_MM);
@@ -164,7 +166,8 @@ mod tests {
 
     #[test]
     fn the_volume_of_a_straight_blade_is_section_times_length() {
-        // Area of the section by the shoelace formula over a fine outline: error below perimeter * sagitta = 135 * 1e-6.
+        // Area of the section by the shoelace formula over a fine outline: error below perimeter * sagitta =
+        // 135 * 1e-6.
         let blade = blade(0.0, false);
         let n = 60_000;
         let points: Vec<_> = (0..n)
@@ -184,8 +187,8 @@ mod tests {
         let tolerance = 0.002;
         let mesh = blade.mesh(tolerance);
         let outline = blade.outline();
-        // Dense surface points of the airfoil as an independent measure: distance of facet centers from the nearest one,
-        // along its normal.
+        // Dense surface points of the airfoil as an independent measure: distance of facet centers from the
+        // nearest one, along its normal.
         let mut worst: f64 = 0.0;
         for t in mesh.triangles.iter().step_by(97) {
             let [a, b, c] = t.map(|i| mesh.positions[i as usize].coords);

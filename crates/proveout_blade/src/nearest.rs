@@ -1,19 +1,20 @@
 //! The point of a blade that is nearest to a given one, on its closed form, wherever it lies.
 //!
-//! The solid is a stack of sections: at height `x'` the points within `d` of the section, turned by `w x'`. With the signed
-//! distance g from the section (`discs`) and `p = (x, q)`, the outline of a slice is
+//! The solid is a stack of sections: at height `x'` the points within `d` of the section, turned by `w x'`.
+//! With the signed distance g from the section (`discs`) and `p = (x, q)`, the outline of a slice is
 //!
 //! ```text
 //!     sqrt((x - x')^2 + N^2)      N = G(x') - d(x')      G(x') = g(R(-w x') q)
 //! ```
 //!
-//! away from p, and p lies in the material where `N < 0` at its own height. The platform is not turned: its slices all have one
-//! G, and its faces (bottom, top, rim) follow from it without a search. There remain the airfoil (`d = 0`, run by x') and the fillet,
-//! run by the angle b at its center: `x' = f (1 - cos b)`, `d = f (1 - sin b)`.
+//! away from p, and p lies in the material where `N < 0` at its own height. The platform is not turned: its
+//! slices all have one G, and its faces (bottom, top, rim) follow from it without a search. There remain the
+//! airfoil (`d = 0`, run by x') and the fillet, run by the angle b at its center: `x' = f (1 - cos b)`, `d =
+//! f (1 - sin b)`.
 //!
-//! *Outside* the nearest point of the solid is that of the nearest disc (x', s): `N = F(x', s) - d`, zero where it is below, and
-//! both x' and s are searched. *Inside* the nearest face counts; there `N = d - G >= d - F(x', s)` for any s, so that x' alone is searched,
-//! with the s of the middle of an interval.
+//! *Outside* the nearest point of the solid is that of the nearest disc (x', s): `N = F(x', s) - d`, zero
+//! where it is below, and both x' and s are searched. *Inside* the nearest face counts; there `N = d - G >=
+//! d - F(x', s)` for any s, so that x' alone is searched, with the s of the middle of an interval.
 //!
 //! Both searches use branch and bound, with the bounds of `bounds`: an interval that contains nothing
 //! nearer by [`NEAREST_ERROR_MM`] is dropped. The error is at most this distance, plus rounding.
@@ -33,8 +34,8 @@ pub const NEAREST_ERROR_MM: f64 = 1e-7;
 const FARTHEST_MM: f64 = 1e7;
 /// Nearer than this the normal is that of the face, mm; farther away it is the direction from the nearest point.
 const CLOSE_MM: f64 = 1e-3;
-/// A place that is nearer by more than this is gone down from at once, so that no search goes round the border of what is nearer by
-/// [`NEAREST_ERROR_MM`], mm.
+/// A place that is nearer by more than this is gone down from at once, so that no search goes round the
+/// border of what is nearer by [`NEAREST_ERROR_MM`], mm.
 const LOWER_MM: f64 = 1e-11;
 /// Nearer to the center of a disc than this, it gives no direction, mm.
 const CENTER_MM: f64 = 1e-6;
@@ -134,9 +135,9 @@ struct NearestSearch<'a> {
 }
 
 impl Blade {
-    /// The point of the solid's surface nearest to a point, of all that there are; its distance is found to [`NEAREST_ERROR_MM`]. None for
-    /// coordinates that are no numbers or beyond ten kilometers. It takes some microseconds, far more where the twist is so strong that sides
-    /// lean by more than 60 degrees.
+    /// The point of the solid's surface nearest to a point, of all that there are; its distance is found to
+    /// [`NEAREST_ERROR_MM`]. None for coordinates that are no numbers or beyond ten kilometers. It takes some
+    /// microseconds, far more where the twist is so strong that sides lean by more than 60 degrees.
     pub fn nearest(&self, p: &Point) -> Option<NearestOnBlade> {
         if !p.iter().all(|v| v.abs() <= FARTHEST_MM) {
             return None;
@@ -400,8 +401,9 @@ impl NearestSearch<'_> {
         }
     }
 
-    /// The point of the surface in a slice, and the normal there. With `S = x' e + P + d n`, `S_b = x'_b (e + w e x S) + d_b n` and the
-    /// tangent of the section, the normal is `n + a e` with `a = -w n . (e x S) - d_b / x'_b`.
+    /// The point of the surface in a slice, and the normal there. With `S = x' e + P + d n`, `S_b = x'_b (e +
+    /// w e x S) + d_b n` and the tangent of the section, the normal is `n + a e` with `a = -w n . (e x S) -
+    /// d_b / x'_b`.
     fn foot(&self, face: BladeFace, node: &SliceNode) -> (Point, Vector) {
         if node.n < 0.0 && !self.inside {
             // Over the tip, or under the foot.
@@ -427,8 +429,8 @@ impl NearestSearch<'_> {
     }
 }
 
-/// Direction from the center of a disc to where it touches the outline on the side of the point; at the ends of the camber line that to
-/// the point, since the whole arc belongs to one disc.
+/// Direction from the center of a disc to where it touches the outline on the side of the point; at the ends
+/// of the camber line that to the point, since the whole arc belongs to one disc.
 fn touching(discs: &Discs, seen: &DiscView, s: f64) -> [f64; 2] {
     let [y, z] = seen.disc.along;
     let end = if s <= 0.0 {

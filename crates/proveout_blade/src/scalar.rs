@@ -1,5 +1,6 @@
-//! Numbers in which a closed form is written once: plain ones, intervals that hold every value over a cell, and jets that carry the first and second
-//! derivatives along (forward differentiation, Griewank & Walther 2008, chapter 13). A jet of intervals bounds the derivatives over a cell.
+//! Numbers in which a closed form is written once: plain ones, intervals that hold every value over a cell,
+//! and jets that carry the first and second derivatives along (forward differentiation, Griewank & Walther
+//! 2008, chapter 13). A jet of intervals bounds the derivatives over a cell.
 
 use std::ops::{Add, Mul, Neg, Sub};
 

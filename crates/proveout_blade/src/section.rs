@@ -8,12 +8,13 @@
 //!         '-.-'   pressure side      '-.-'                        through counter-clockwise (material on the left)
 //! ```
 //!
-//! The envelope of circles fulfills `n . c' + r' = 0` (differentiate `|P - c|^2 = r^2` for x). With `L = |c'|` (arc length of
-//! the camber line), `rho = r'/L` and `tau` the angle of `c'`, the two solutions are `w = tau +- acos(-rho)`. Then
-//! `dw/dx = tau' +- rho'/sqrt(1-rho^2)` and `P' = c' + r' n + r w' t` has only a part along t:
-//! `P' . t = -+ L sqrt(1-rho^2) + r w'`. Curvature is `dw/ds`. An offset by d replaces r by r + d, everything else stays: the
-//! path of a ball's center, a fillet and a platform's rim are the same curve with another d. Both ends are closed by arcs of
-//! the first and last circle; tangents meet there, curvatures do not.
+//! The envelope of circles fulfills `n . c' + r' = 0` (differentiate `|P - c|^2 = r^2` for x). With `L =
+//! |c'|` (arc length of the camber line), `rho = r'/L` and `tau` the angle of `c'`, the two solutions are `w
+//! = tau +- acos(-rho)`. Then `dw/dx = tau' +- rho'/sqrt(1-rho^2)` and `P' = c' + r' n + r w' t` has only a
+//! part along t: `P' . t = -+ L sqrt(1-rho^2) + r w'`. Curvature is `dw/ds`. An offset by d replaces r by r +
+//! d, everything else stays: the path of a ball's center, a fillet and a platform's rim are the same curve
+//! with another d. Both ends are closed by arcs of the first and last circle; tangents meet there, curvatures
+//! do not.
 //!
 //! Section law of the substitute blade: specification of the S-theta method (Li et al. 2022,
 //! doi:10.3390/machines10100953), data file `s-theta.toml`, table `standin`.
@@ -231,8 +232,8 @@ impl CamberSection {
         }
     }
 
-    /// Piece 0 pressure side, 1 trailing edge, 2 suction side, 3 leading edge; u from 0 to 1 along the counter-clockwise run.
-    /// The normal angle rises by a full turn over the four pieces.
+    /// Piece 0 pressure side, 1 trailing edge, 2 suction side, 3 leading edge; u from 0 to 1 along the
+    /// counter-clockwise run. The normal angle rises by a full turn over the four pieces.
     fn local(&self, piece: usize, u: f64, offset: f64) -> Local {
         match piece {
             0 => self.side(u, false, offset),
@@ -242,13 +243,14 @@ impl CamberSection {
         }
     }
 
-    /// Circle at camber position x: its center and the two points of the outline that belong to it, pressure side first.
+    /// Circle at camber position x: its center and the two points of the outline that belong to it, pressure
+    /// side first.
     pub fn pair(&self, x: f64, offset: f64) -> ([f64; 2], [SectionPoint; 2]) {
         (self.center(x).0, [self.side(x, false, offset).point, self.side(x, true, offset).point])
     }
 
-    /// Points of the two edge arcs, `count` equal angles each, both ends included: leading edge from suction to pressure
-    /// side, trailing edge from pressure to suction side.
+    /// Points of the two edge arcs, `count` equal angles each, both ends included: leading edge from suction
+    /// to pressure side, trailing edge from pressure to suction side.
     pub fn edge_points(&self, trailing: bool, count: usize, offset: f64) -> Vec<SectionPoint> {
         (0..=count).map(|i| self.edge(i as f64 / count as f64, trailing, offset).point).collect()
     }
@@ -401,7 +403,8 @@ mod tests {
         for i in 0..500 {
             let p = curve.at(curve.perimeter() * f64::from(i) / 500.0).position;
             let gap = circles.iter().map(|(c, r)| (p[0] - c[0]).hypot(p[1] - c[1]) - r).fold(f64::MAX, f64::min);
-            // The nearest of 2001 circles is at most 0.016 mm of camber away from the touching one: 0.016^2 / (2 * 1.2).
+            // The nearest of 2001 circles is at most 0.016 mm of camber away from the touching one: 0.016^2 /
+            // (2 * 1.2).
             assert!(gap > -1e-9 && gap < 1.1e-4, "{gap}");
         }
     }

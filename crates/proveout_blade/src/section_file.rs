@@ -9,9 +9,10 @@
 //! root,suction,0.0,-20.1,-3.2
 //! ```
 //!
-//! Lines of one section follow each other in the order of the points round it; sections follow each other along the blade. Each is closed: its
-//! first point is not repeated at the end (where it is, the repeated one is left). `part` may be left out; with it every point is `leading`,
-//! `trailing`, `suction` or `pressure`, and the points where an edge joins a side belong to the edge. Coordinates are in mm.
+//! Lines of one section follow each other in the order of the points round it; sections follow each other
+//! along the blade. Each is closed: its first point is not repeated at the end (where it is, the repeated one
+//! is left). `part` may be left out; with it every point is `leading`, `trailing`, `suction` or `pressure`,
+//! and the points where an edge joins a side belong to the edge. Coordinates are in mm.
 
 use proveout_geom::{Point, Vector};
 use thiserror::Error;

@@ -1,11 +1,14 @@
-//! A blade skinned through closed sections of points: a bicubic spline (de Boor 1962; Piegl & Tiller 1997, section 10.3).
+//! A blade skinned through closed sections of points: a bicubic spline (de Boor 1962; Piegl & Tiller 1997,
+//! section 10.3).
 //!
-//! Point k of every section lies on one line of constant u. The parameters of lines and sections are chord lengths of each section and of each line, divided by
-//! their sum and averaged over all of them, and the knots are these parameters. Round a section the spline is periodic and its second
-//! derivative continuous; its seam is the first point of the file. Where the file names the edges, each edge and each side is a spline of its own
-//! between the points where they join: place and tangent are common there (the tangent is that of the circle through the last three points
-//! of the edge), the curvature jumps, as it does between an arc and a side; the seam is the first point of the leading edge. Along the blade
-//! the ends of the spline are not-a-knot; three sections give parabolas, two straight lines.
+//! Point k of every section lies on one line of constant u. The parameters of lines and sections are chord
+//! lengths of each section and of each line, divided by their sum and averaged over all of them, and the
+//! knots are these parameters. Round a section the spline is periodic and its second derivative continuous;
+//! its seam is the first point of the file. Where the file names the edges, each edge and each side is a
+//! spline of its own between the points where they join: place and tangent are common there (the tangent is
+//! that of the circle through the last three points of the edge), the curvature jumps, as it does between an
+//! arc and a side; the seam is the first point of the leading edge. Along the blade the ends of the spline
+//! are not-a-knot; three sections give parabolas, two straight lines.
 //!
 //! Nothing is smoothed: the surface passes through every point.
 
@@ -21,7 +24,8 @@ use super::{
     surface::{Domain, Foot, Local, ParametricSurface},
 };
 
-/// Points of a section may be out of step with those of the one before by this part of them: more is another beginning, not a twist.
+/// Points of a section may be out of step with those of the one before by this part of them: more is another
+/// beginning, not a twist.
 const MOST_SHIFT: f64 = 0.1;
 /// Fewest points of a section.
 const FEWEST: usize = 8;
@@ -338,8 +342,8 @@ fn along_parameters(sections: &[PointedSection]) -> Vec<f64> {
     out
 }
 
-/// Slope at the first of three points of an edge: along the circle through them (inverted at that point the circle is a straight line, parallel
-/// to its tangent there), as fast as the chord to the second.
+/// Slope at the first of three points of an edge: along the circle through them (inverted at that point the
+/// circle is a straight line, parallel to its tangent there), as fast as the chord to the second.
 fn circle_slope(u: [f64; 2], p: [Vector; 3]) -> Vector {
     let [a, b] = [p[1] - p[0], p[2] - p[0]];
     let chord = a / (u[1] - u[0]);

@@ -1,5 +1,6 @@
-//! The sine surfaces on which the least angular acceleration of Ma et al. 2020 (doi:10.1007/s00170-020-05171-7) is tried:
-//! `z = (m / k) (1 - cos k y)`, straight along x. u is x, v is y, both mm; the part lies below.
+//! The sine surfaces on which the least angular acceleration of Ma et al. 2020
+//! (doi:10.1007/s00170-020-05171-7) is tried: `z = (m / k) (1 - cos k y)`, straight along x. u is x, v is y,
+//! both mm; the part lies below.
 
 use std::f64::consts::TAU;
 
@@ -19,8 +20,8 @@ pub struct Sine {
 }
 
 impl Sine {
-    /// As steep as the paper's published axes say (m = 3.2, k = 0.22 1/mm), two periods. No ball of 3 mm fits into its troughs of 1.42 mm: for
-    /// kinematics only.
+    /// As steep as the paper's published axes say (m = 3.2, k = 0.22 1/mm), two periods. No ball of 3 mm fits
+    /// into its troughs of 1.42 mm: for kinematics only.
     pub fn published_ratio() -> Self {
         Self { steepness: 3.2, wave_number: 0.22, width: 30.0, length: 2.0 * TAU / 0.22 }
     }

@@ -1,7 +1,8 @@
 //! A blade with both of its ends: cut off flat, or on a platform with a fillet.
 //!
-//! The fillet is what a ball of its radius f leaves that rolls along blade and platform. Its center runs where the surface at the distance f from
-//! the blade meets the plane at the distance f from the platform, whatever the twist:
+//! The fillet is what a ball of its radius f leaves that rolls along blade and platform. Its center runs
+//! where the surface at the distance f from the blade meets the plane at the distance f from the platform,
+//! whatever the twist:
 //!
 //! ```text
 //!   c(u) = S(u, v) + f n(u, v)      v such that  c_x = x_platform +- f      (Newton on v)
@@ -257,7 +258,8 @@ impl BladeSolid {
         }
     }
 
-    /// Where the airfoil ends at u: `S_x + f n_x` is that of the ball's center, or, with the allowance for f, that of the flat end.
+    /// Where the airfoil ends at u: `S_x + f n_x` is that of the ball's center, or, with the allowance for f,
+    /// that of the flat end.
     pub(super) fn trim(&self, end: usize, u: f64) -> Result<Trim, SolidError> {
         let sense = Self::sense(end);
         // The rim of a flat end lies on the surface with its allowance.

@@ -1,8 +1,9 @@
 //! Closed meshes of blades and of faces with rims, at a chord error that is measured.
 //!
-//! A facet of sides `h_u`, `h_v` lies within `(h_u^2 L + 2 h_u h_v M + h_v^2 N) / 8` of a surface with the second fundamental form L, M, N (in the
-//! parameters). Columns and rows are spread so that each part stays below its share everywhere, then the distance is measured on every facet, and
-//! all steps are shortened until it holds.
+//! A facet of sides `h_u`, `h_v` lies within `(h_u^2 L + 2 h_u h_v M + h_v^2 N) / 8` of a surface with the
+//! second fundamental form L, M, N (in the parameters). Columns and rows are spread so that each part stays
+//! below its share everywhere, then the distance is measured on every facet, and all steps are shortened
+//! until it holds.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -27,7 +28,8 @@ const ROUNDS: usize = 6;
 const FOLLOWED: usize = 4;
 /// Places of a facet as parts of its corners where its distance is measured.
 const MEASURED: [[f64; 3]; 4] = [[1.0 / 3.0; 3], [0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5]];
-/// Part of the determinant by the first derivatives below which that by the second ones is not used: there is no minimum nearby.
+/// Part of the determinant by the first derivatives below which that by the second ones is not used: there is
+/// no minimum nearby.
 const LEAST_DETERMINANT: f64 = 1e-3;
 /// Sine between directions below which there is nothing between them.
 const NO_ANGLE: f64 = 1e-12;
@@ -122,8 +124,8 @@ fn grid(surface: &dyn ParametricSurface, moved: f64, error: f64) -> [Vec<f64>; 2
     [columns, rows]
 }
 
-/// Distance of a place from a surface moved outward, from parameters nearby: the foot by a few steps of Newton's method (of Gauss's where the
-/// distance has no minimum nearby).
+/// Distance of a place from a surface moved outward, from parameters nearby: the foot by a few steps of
+/// Newton's method (of Gauss's where the distance has no minimum nearby).
 fn near_distance(surface: &dyn ParametricSurface, p: &Point, start: [f64; 2], moved: f64) -> f64 {
     let [mut u, mut v] = start;
     for _ in 0..4 {
@@ -144,7 +146,8 @@ fn near_distance(surface: &dyn ParametricSurface, p: &Point, start: [f64; 2], mo
     ((p - at.point).dot(&at.normal).abs() - moved).abs()
 }
 
-/// Joins two rows of `size` columns, closed or not; the first lies before the second along v, columns run counter-clockwise seen from outside's left.
+/// Joins two rows of `size` columns, closed or not; the first lies before the second along v, columns run
+/// counter-clockwise seen from outside's left.
 fn strip(mesh: &mut TriMesh, low: u32, high: u32, size: u32, closed: bool, outward: bool) {
     for i in 0..if closed { size } else { size - 1 } {
         let j = (i + 1) % size;
@@ -216,8 +219,8 @@ impl BladeSolid {
                 for (second, corners) in [[(0, 0), (0, 1), (1, 1)], [(0, 0), (1, 1), (1, 0)]].into_iter().enumerate() {
                     let places = corners.map(|(r, c)| place(&mesh, row + r, i + c));
                     for (k, parts) in MEASURED.into_iter().enumerate() {
-                        // Edges are measured once: the diagonal with the first facet, the side with that of the facet before, the upper edge with the
-                        // row above.
+                        // Edges are measured once: the diagonal with the first facet, the side with that of
+                        // the facet before, the upper edge with the row above.
                         let elsewhere = [false, true, above_is_alike, i > 0][k];
                         if second == 1 && elsewhere {
                             continue;
@@ -246,7 +249,8 @@ impl BladeSolid {
         Ok(MeasuredMesh { mesh, measured })
     }
 
-    /// Rows of a fillet without the one that it shares with the airfoil: from the platform at the first end, towards it at the second.
+    /// Rows of a fillet without the one that it shares with the airfoil: from the platform at the first end,
+    /// towards it at the second.
     fn fillet_rows(&self, mesh: &mut TriMesh, trims: &[[Trim; 2]], end: usize, error: f64) {
         let radius = self.fillet(end) - self.allowance();
         if self.ends()[end].plate.is_none() {
@@ -264,9 +268,10 @@ impl BladeSolid {
         }
     }
 
-    /// Distance of a place from the fillet near (u, v): from the center of the ball abreast of it. Each step follows the tangent of the centers,
-    /// `c' = C_u + C_v v'` with `C = S + f n` and `v' = -C_ux / C_vx`, which keeps the ball on the platform. What a step leaves counts squared: the
-    /// distance from the centers is least there.
+    /// Distance of a place from the fillet near (u, v): from the center of the ball abreast of it. Each step
+    /// follows the tangent of the centers, `c' = C_u + C_v v'` with `C = S + f n` and `v' = -C_ux / C_vx`,
+    /// which keeps the ball on the platform. What a step leaves counts squared: the distance from the centers
+    /// is least there.
     fn fillet_distance(&self, end: usize, start: [f64; 2], p: &Point) -> f64 {
         let radius = self.fillet(end);
         let wanted = self.ends()[end].x + Self::sense(end) * radius;

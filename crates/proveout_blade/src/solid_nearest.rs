@@ -2,10 +2,12 @@
 //!
 //! Each face answers for itself, where its own nearest point is a part of it; the nearest of them counts:
 //!
-//! * the airfoil, trimmed: the nearest point of the whole surface (`cells`). Where that one is cut off, no part that is left is nearer than it; only
-//!   where the faces of the ends are all farther (deep inside the material) the parts that are left are searched, from a net of places.
-//! * a fillet: every center of the ball that is nearest to the point among its neighbors; the arc from the blade to the platform round it holds the
-//!   nearest point, or its end does, where the next face goes on with the same normal.
+//! * the airfoil, trimmed: the nearest point of the whole surface (`cells`). Where that one is cut off, no
+//!   part that is left is nearer than it; only where the faces of the ends are all farther (deep inside the
+//!   material) the parts that are left are searched, from a net of places.
+//! * a fillet: every center of the ball that is nearest to the point among its neighbors; the arc from the
+//!   blade to the platform round it holds the nearest point, or its end does, where the next face goes on
+//!   with the same normal.
 //! * plane faces: the point below, if it is in the face and not in the foot of the blade; else the rim.
 
 use proveout_geom::{Point, Vector};
@@ -41,14 +43,16 @@ const STARTS: usize = 6;
 const ABREAST: f64 = 1e-6;
 /// Steps of Newton's method.
 const STEPS: usize = 30;
-/// Part of the determinant by the first derivatives below which that by the second ones is not used: there is no minimum nearby.
+/// Part of the determinant by the first derivatives below which that by the second ones is not used: there is
+/// no minimum nearby.
 const LEAST_DETERMINANT: f64 = 1e-6;
 /// Nearer to the center of a fillet's ball than this, no direction leads away from it, mm.
 const CENTER_MM: f64 = 1e-12;
 
 impl BladeSolid {
-    /// The nearest of all faces; the distance to the closed form, within [`super::FOOT_ERROR_MM`]. Deep inside of the material, where the nearest
-    /// face of the blade without ends is cut off, the depth is that of the nearest foot that a search from a net of places finds.
+    /// The nearest of all faces; the distance to the closed form, within [`super::FOOT_ERROR_MM`]. Deep
+    /// inside of the material, where the nearest face of the blade without ends is cut off, the depth is that
+    /// of the nearest foot that a search from a net of places finds.
     pub fn nearest(&self, p: &Point) -> NearestOnSolid {
         let nothing = NearestOnSolid { distance: f64::INFINITY, normal: Vector::x() };
         // The faces of an end lie between its plane and the top of the fillet, or beyond the plane.
@@ -126,8 +130,8 @@ impl BladeSolid {
         found.reduce(|a, b| a.nearer(Some(b)))
     }
 
-    /// The foot near a start, kept between the ends: Newton's method, or Gauss's where the distance has no minimum nearby; shortened until it comes
-    /// nearer.
+    /// The foot near a start, kept between the ends: Newton's method, or Gauss's where the distance has no
+    /// minimum nearby; shortened until it comes nearer.
     fn foot_left(&self, p: &Point, start: [f64; 2]) -> [f64; 2] {
         let surface = self.surface();
         let keep = |[u, v]: [f64; 2]| {
@@ -174,8 +178,8 @@ impl BladeSolid {
         }
     }
 
-    /// Parameters of the ball's centers that are nearest to a point among their neighbors, the nearest first. All centers lie in one plane of
-    /// constant X, so that the distance in Y and Z decides.
+    /// Parameters of the ball's centers that are nearest to a point among their neighbors, the nearest first.
+    /// All centers lie in one plane of constant X, so that the distance in Y and Z decides.
     fn near_centers(&self, end: usize, p: &Point) -> Vec<f64> {
         let domain = self.surface().domain();
         let wide = domain.u[1] - domain.u[0];
@@ -215,8 +219,9 @@ impl BladeSolid {
         found.into_iter().map(|(_, u)| u).collect()
     }
 
-    /// Whether a place lies within the outline of an end: by its polygon, and next to that by the nearest place of the outline itself, where the
-    /// normal of the blade, seen along X, is at right angles to the outline.
+    /// Whether a place lies within the outline of an end: by its polygon, and next to that by the nearest
+    /// place of the outline itself, where the normal of the blade, seen along X, is at right angles to the
+    /// outline.
     fn footed(&self, end: usize, p: &Point) -> bool {
         let feet = &self.feet[end];
         let (mut longest, mut nearest) = (0.0_f64, f64::INFINITY);

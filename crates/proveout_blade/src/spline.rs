@@ -1,6 +1,8 @@
-//! Slopes of interpolating cubic splines: the second derivative is continuous, knots are the parameters (de Boor 1978, chapter IV).
+//! Slopes of interpolating cubic splines: the second derivative is continuous, knots are the parameters (de
+//! Boor 1978, chapter IV).
 //!
-//! With steps `h_k = u_{k+1} - u_k` and chord slopes `c_k = (P_{k+1} - P_k) / h_k` the slopes m obey, at every inner point,
+//! With steps `h_k = u_{k+1} - u_k` and chord slopes `c_k = (P_{k+1} - P_k) / h_k` the slopes m obey, at
+//! every inner point,
 //!
 //! ```text
 //!   h_k m_{k-1} + 2 (h_{k-1} + h_k) m_k + h_{k-1} m_{k+1} = 3 (h_k c_{k-1} + h_{k-1} c_k)
@@ -15,8 +17,8 @@ pub(super) enum SplineEnds {
     Closed,
     /// The slopes there.
     Slopes([Vector; 2]),
-    /// The third derivative passes through the second point and the last but one: one cubic over two steps. Fewer than four points: the one
-    /// polynomial through them.
+    /// The third derivative passes through the second point and the last but one: one cubic over two steps.
+    /// Fewer than four points: the one polynomial through them.
     NotAKnot,
 }
 
@@ -86,7 +88,8 @@ fn thomas(rows: &[([f64; 3], Vector)]) -> Vec<Vector> {
     right
 }
 
-/// A cyclic system of `n` rows by Sherman and Morrison's correction (Press et al. 2007, section 2.7.2). The last slope is the first one again.
+/// A cyclic system of `n` rows by Sherman and Morrison's correction (Press et al. 2007, section 2.7.2). The
+/// last slope is the first one again.
 fn closed(n: usize, row: impl Fn(usize, usize) -> ([f64; 3], Vector)) -> Vec<Vector> {
     let rows: Vec<([f64; 3], Vector)> = (0..n).map(|k| row(k, (k + n - 1) % n)).collect();
     let (corner_low, corner_high) = (rows[n - 1].0[2], rows[0].0[0]);

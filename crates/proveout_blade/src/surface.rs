@@ -1,9 +1,9 @@
 //! A side of a part as a map S(u, v): what planning of paths and judging of surfaces ask of any blade.
 //!
-//! `u` runs round the section (or across an open surface), `v` along the blade, both in the units that the kind chooses. The
-//! outward normal is `S_u x S_v` up to the sign that [`Local::normal`] already has. Curvatures are the roots of
-//! `det(II - k I) = 0` of the two fundamental forms, with the sign that makes a convex surface positive
-//! (do Carmo 1976, section 3.3).
+//! `u` runs round the section (or across an open surface), `v` along the blade, both in the units that the
+//! kind chooses. The outward normal is `S_u x S_v` up to the sign that [`Local::normal`] already has.
+//! Curvatures are the roots of `det(II - k I) = 0` of the two fundamental forms, with the sign that makes a
+//! convex surface positive (do Carmo 1976, section 3.3).
 
 use std::fmt::Debug;
 
@@ -37,7 +37,8 @@ pub struct Local {
 }
 
 impl Local {
-    /// Principal curvatures, 1/mm, positive where the surface is convex, with their unit directions; the larger one first.
+    /// Principal curvatures, 1/mm, positive where the surface is convex, with their unit directions; the
+    /// larger one first.
     pub fn principal(&self) -> [(f64, Vector); 2] {
         let [u, v] = &self.first;
         let [e, f, g] = [u.dot(u), u.dot(v), v.dot(v)];
@@ -54,7 +55,8 @@ impl Local {
         [(high, direction), (half_sum - root, self.normal.cross(&direction))]
     }
 
-    /// Normal curvature in a direction of the tangent plane (any length), 1/mm, positive where convex (Euler's formula).
+    /// Normal curvature in a direction of the tangent plane (any length), 1/mm, positive where convex
+    /// (Euler's formula).
     pub fn curvature_along(&self, direction: &Vector) -> f64 {
         let [(high, along), (low, _)] = self.principal();
         let cosine = (direction.dot(&along) / direction.norm()).clamp(-1.0, 1.0);
@@ -81,14 +83,15 @@ pub trait ParametricSurface: Debug + Send + Sync {
     fn local(&self, u: f64, v: f64) -> Local;
     /// Parameters of the point nearest to p, in or on the rim of the domain.
     fn nearest(&self, p: &Point) -> [f64; 2];
-    /// The same with its distance, and how far that is proved to be the least one: [`super::FOOT_ERROR_MM`], or more where a search ended
-    /// before its end, as for a point to which a whole patch is equally near.
+    /// The same with its distance, and how far that is proved to be the least one: [`super::FOOT_ERROR_MM`],
+    /// or more where a search ended before its end, as for a point to which a whole patch is equally near.
     fn foot(&self, p: &Point) -> Foot {
         let parameters = self.nearest(p);
         let distance = (self.local(parameters[0], parameters[1]).point - p).norm();
         Foot { parameters, distance, error: f64::INFINITY }
     }
-    /// Whether no point of the surface is nearer to p than `reach`, mm, where a few looks prove it: much less than a foot costs. False says nothing.
+    /// Whether no point of the surface is nearer to p than `reach`, mm, where a few looks prove it: much less
+    /// than a foot costs. False says nothing.
     fn is_beyond(&self, _p: &Point, _reach: f64) -> bool {
         false
     }

@@ -1,8 +1,9 @@
 //! Trees of boxes, and the nearest leaves of two of them.
 //!
-//! [`nearest_leaves`] goes down two trees at once, the nearer pair of boxes first, and leaves out what cannot be nearer than the best
-//! so far. What is left out is not forgotten: the smallest bound of all that was left out is a proved lower bound of the distance,
-//! which a caller that only asks "farther than this?" gets for nothing.
+//! [`nearest_leaves`] goes down two trees at once, the nearer pair of boxes first, and leaves out what cannot
+//! be nearer than the best so far. What is left out is not forgotten: the smallest bound of all that was left
+//! out is a proved lower bound of the distance, which a caller that only asks "farther than this?" gets for
+//! nothing.
 //!
 //! ```text
 //!    boxes of a, turned into the frame of b      gap along axis i = |c_i| - h_b,i - (|R| h_a)_i
@@ -12,8 +13,8 @@
 //!       \__/_\/       '----'
 //! ```
 //!
-//! A caller that knows leaves which were nearest a moment ago (*warm start*; Lin and Canny 1991) hands their distance in as the best so
-//! far, and most of both trees is never looked at.
+//! A caller that knows leaves which were nearest a moment ago (*warm start*; Lin and Canny 1991) hands their
+//! distance in as the best so far, and most of both trees is never looked at.
 //!
 //! *Roughly.* The exact distance of something far away is not needed, and it is the most costly: a
 //! ring of a table is as far from a bearing at a thousand places, and all of them must be opened to
@@ -51,7 +52,8 @@ pub enum Branch<N> {
 /// Answer to "which leaves are nearest, as far as nearer than a limit".
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum NearestLeaves<W> {
-    /// Nothing is nearer than the limit; the distance that is proved, mm, at least the limit. Infinite for an empty tree.
+    /// Nothing is nearer than the limit; the distance that is proved, mm, at least the limit. Infinite for an
+    /// empty tree.
     Beyond(f64),
     /// The smallest distance, mm, and what belongs to it.
     At(f64, W),
@@ -59,11 +61,13 @@ pub enum NearestLeaves<W> {
     Between([f64; 2], W),
 }
 
-/// Part of the best distance so far at which boxes are left out where no exact distance is asked for. Each query proves at least this part
-/// of the distance, so that a third more of them are needed than with exact ones; each opens a small part of the boxes.
+/// Part of the best distance so far at which boxes are left out where no exact distance is asked for. Each
+/// query proves at least this part of the distance, so that a third more of them are needed than with exact
+/// ones; each opens a small part of the boxes.
 pub(crate) const ROUGH: f64 = 0.75;
 
-/// What a search may cost and has cost, in pairs of boxes (some 30 ns each). A count and no time, so that the same is found everywhere.
+/// What a search may cost and has cost, in pairs of boxes (some 30 ns each). A count and no time, so that the
+/// same is found everywhere.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
     /// Not more than this.
@@ -89,8 +93,8 @@ impl Effort {
 
 /// The nearest items of two trees where they are below `limit` (mm), or below what `start` says of two items.
 ///
-/// `distance` gives the distance of item i of `a` from item j of `b`, or a lower bound of it above its third argument, with
-/// what belongs to it. The search ends at once when it says zero.
+/// `distance` gives the distance of item i of `a` from item j of `b`, or a lower bound of it above its third
+/// argument, with what belongs to it. The search ends at once when it says zero.
 pub fn nearest_leaves<A: BoxTree, B: BoxTree, W>(
     a: &A,
     b: &B,
@@ -102,7 +106,8 @@ pub fn nearest_leaves<A: BoxTree, B: BoxTree, W>(
     near_leaves((a, b), b_from_a, [f64::INFINITY, limit], start, distance)
 }
 
-/// The same, where a distance needs to be exact only up to the first of two limits; the second is that of [`nearest_leaves`].
+/// The same, where a distance needs to be exact only up to the first of two limits; the second is that of
+/// [`nearest_leaves`].
 pub(crate) fn near_leaves<A: BoxTree, B: BoxTree, W>(
     pair: (&A, &B),
     b_from_a: &Pose,
@@ -204,8 +209,9 @@ pub(crate) fn near_leaves_grown<A: BoxTree, B: BoxTree, W>(
     }
 }
 
-/// The nearest item of one tree; as [`nearest_leaves`], with `apart` for the lower bound of what a node holds; it need not be better than its second
-/// argument. After the most effort it ends with what is proved by then, as [`near_leaves_grown`] does.
+/// The nearest item of one tree; as [`nearest_leaves`], with `apart` for the lower bound of what a node
+/// holds; it need not be better than its second argument. After the most effort it ends with what is proved
+/// by then, as [`near_leaves_grown`] does.
 pub(crate) fn nearest_leaf<B: BoxTree, W>(
     tree: &B,
     apart: impl Fn(B::Node, f64) -> f64,

@@ -1,9 +1,10 @@
 //! Conservative advancement: when a distance may first be at a threshold (Mirtich 1996).
 //!
-//! Of a distance d(t) on 0..1 two things are known: a lower bound of it wherever it is asked for, and that it changes by no more
-//! than `mu` for a unit of t. From t on it is above the threshold up to `t + (d(t) - threshold) / mu`: there it is asked for again. The
-//! steps shrink with the distance, and end at a tolerance above the threshold, so that nothing is passed over, and what is called near
-//! is no further away than the tolerance.
+//! Of a distance d(t) on 0..1 two things are known: a lower bound of it wherever it is asked for, and that it
+//! changes by no more than `mu` for a unit of t. From t on it is above the threshold up to `t + (d(t) -
+//! threshold) / mu`: there it is asked for again. The steps shrink with the distance, and end at a tolerance
+//! above the threshold, so that nothing is passed over, and what is called near is no further away than the
+//! tolerance.
 //!
 //! The pairs of a machine (`pair_advance.rs`) and single edges and faces go by the same rule.
 
@@ -18,8 +19,8 @@ pub(crate) enum AdvanceStep {
     Until(f64),
 }
 
-/// How the distance (mm, a lower bound) at time t is judged; `mu` is the most by which it changes for a unit of time. Where it goes on, it
-/// does so down to `aim` only, which is the threshold or above it.
+/// How the distance (mm, a lower bound) at time t is judged; `mu` is the most by which it changes for a unit
+/// of time. Where it goes on, it does so down to `aim` only, which is the threshold or above it.
 pub(crate) fn next_advance(t: f64, distance: f64, mu: f64, [threshold, aim]: [f64; 2], tolerance: f64) -> AdvanceStep {
     if distance.is_nan() || mu.is_nan() || distance <= threshold + tolerance {
         return AdvanceStep::Reached;
@@ -28,7 +29,8 @@ pub(crate) fn next_advance(t: f64, distance: f64, mu: f64, [threshold, aim]: [f6
     if mu <= 0.0 || until >= 1.0 { AdvanceStep::Clear } else { AdvanceStep::Until(until) }
 }
 
-/// The first time in 0..1 at which a distance may be within `tolerance` of the threshold; none where it is above it all the way.
+/// The first time in 0..1 at which a distance may be within `tolerance` of the threshold; none where it is
+/// above it all the way.
 #[cfg(test)]
 fn first_approach(mut distance_at: impl FnMut(f64) -> f64, mu: f64, threshold: f64, tolerance: f64) -> Option<f64> {
     let mut t = 0.0;
@@ -80,8 +82,9 @@ mod tests {
         }
     }
 
-    /// The zero set of a signed volume is crossed where it changes its sign; scenes of the same kinds as published ones, made here:
-    /// no motion, touching at the begin and at the end, parallel edges, flat faces, thin ones, fast ones.
+    /// The zero set of a signed volume is crossed where it changes its sign; scenes of the same kinds as
+    /// published ones, made here: no motion, touching at the begin and at the end, parallel edges, flat
+    /// faces, thin ones, fast ones.
     fn own_queries() -> Vec<Query> {
         let p = Point::new;
         let face = [p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0), p(0.0, 1.0, 0.0)];
@@ -145,8 +148,9 @@ mod tests {
         assert!(judge(&all, 0.02).1 > 0, "a wide tolerance calls the near ones near");
     }
 
-    /// The labeled queries of Wang et al. 2021 (A large-scale benchmark for continuous collision detection), in the folder named by
-    /// `PROVEOUT_CCD_QUERIES`: eight rows of three fractions and the answer for each query.
+    /// The labeled queries of Wang et al. 2021 (A large-scale benchmark for continuous collision detection),
+    /// in the folder named by `PROVEOUT_CCD_QUERIES`: eight rows of three fractions and the answer for each
+    /// query.
     #[test]
     #[expect(clippy::print_stdout, reason = "the figures of a run by hand")]
     fn no_labeled_collision_is_missed() {

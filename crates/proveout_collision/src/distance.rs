@@ -15,7 +15,8 @@ use crate::triangle_tree::TriangleTree;
 
 /// By how much less than the distance of a tool may be proved, mm, and as a part of it.
 pub(crate) const PROVED_WITHIN_MM: f64 = 1e-7;
-/// Rounds of nearest points in turn: a few are enough where GJK came near. Where the two points creep, the search of `gjk.rs` goes on from them.
+/// Rounds of nearest points in turn: a few are enough where GJK came near. Where the two points creep, the
+/// search of `gjk.rs` goes on from them.
 const MOST_PROJECTIONS: usize = 12;
 /// Shorter products of edges and directions have no direction: zero alone.
 const NOT_ZERO: f64 = 1e-300;
@@ -27,7 +28,8 @@ pub(crate) enum Separation {
     Beyond(f64),
     /// This far; the two nearest points, in the frame of the second shape.
     At(f64, Point, Point),
-    /// Farther than needs to be known exactly: the distance that is proved, that of two points, and these in the frame of the second shape.
+    /// Farther than needs to be known exactly: the distance that is proved, that of two points, and these in
+    /// the frame of the second shape.
     Between([f64; 2], Point, Point),
     /// The skins meet; a point near there, in the frame of the second shape.
     Meeting(Point),
@@ -75,7 +77,8 @@ pub(crate) fn gap(
     }
 }
 
-/// The same with an end to what it may cost: then [`Separation::Beyond`] may be nearer than the limit, and what should be exact is [`Separation::Between`].
+/// The same with an end to what it may cost: then [`Separation::Beyond`] may be nearer than the limit, and
+/// what should be exact is [`Separation::Between`].
 pub(crate) fn gap_with(
     (a, b): (&PartShape, &PartShape),
     b_from_a: &Pose,
@@ -181,9 +184,11 @@ fn bodies_mesh(
     }
 }
 
-/// Branch and bound over the tree of the mesh; gives the nearest triangle, too. The bound of a node is the largest of three: boxes apart;
-/// the distance of the node's middle from the axis of the body less half its diagonal less the radius, which is the sharp one for a long slanted tool, whose
-/// box is fat; and, where these are not enough, planes across the way to its box along the wall that its triangles make (`triangle_tree.rs`).
+/// Branch and bound over the tree of the mesh; gives the nearest triangle, too. The bound of a node is the
+/// largest of three: boxes apart; the distance of the node's middle from the axis of the body less half its
+/// diagonal less the radius, which is the sharp one for a long slanted tool, whose box is fat; and, where
+/// these are not enough, planes across the way to its box along the wall that its triangles make
+/// (`triangle_tree.rs`).
 fn convex_mesh(
     body: &Revolved,
     mesh: &MeshShape,
@@ -251,10 +256,12 @@ struct TriangleTouch {
     item: u32,
 }
 
-/// The iteration of GJK stops where its two points are near enough to each other, or where it gets no further: the distance of its
-/// points is above the true one, near contact by up to a micrometer. So it is taken as a beginning only. What is given is the separation
-/// of two parallel planes with the triangle on one side and the body on the other: their distance, got from two supports, is proved. The
-/// direction is improved by nearest points in turn (alternating projections; each of them exact) until proof and points agree.
+/// The iteration of GJK stops where its two points are near enough to each other, or where it gets no
+/// further: the distance of its points is above the true one, near contact by up to a micrometer. So it is
+/// taken as a beginning only. What is given is the separation of two parallel planes with the triangle on one
+/// side and the body on the other: their distance, got from two supports, is proved. The direction is
+/// improved by nearest points in turn (alternating projections; each of them exact) until proof and points
+/// agree.
 fn body_triangle(
     body: &Revolved,
     corners: &[Point; 3],
@@ -273,7 +280,8 @@ fn body_triangle(
         closest_points_support_map_support_map_with_params(&pose.parry, &triangle, body, bound, &mut simplex, None);
     let (mut p, mut q, mut proved) = match begin {
         GJKResult::ClosestPoints(p, q, _) => (from_parry(p), from_parry(q), f64::NEG_INFINITY),
-        // Where edges and lines of the body are almost parallel it may say so of bodies that are apart: that is looked into.
+        // Where edges and lines of the body are almost parallel it may say so of bodies that are apart: that
+        // is looked into.
         GJKResult::Intersection => {
             let q = pose.mesh_from_body.point(&body.middle());
             (triangle::point_triangle(q, corners).on_second, q, f64::NEG_INFINITY)
@@ -301,8 +309,9 @@ fn body_triangle(
         q = pose.mesh_from_body.point(&nearest);
         p = triangle::point_triangle(q, corners).on_second;
     }
-    // A side along the axis and a face or edge almost parallel to it: the two points creep along. The planes that lie on the face, or on an
-    // edge and the axis, prove what is to be proved there; else the search that ends where proof and points agree.
+    // A side along the axis and a face or edge almost parallel to it: the two points creep along. The planes
+    // that lie on the face, or on an edge and the axis, prove what is to be proved there; else the search
+    // that ends where proof and points agree.
     for along in parallel_planes(corners, &pose.mesh_from_body.vector(&Vector::z())) {
         proved = proved.max(separation(body, corners, &pose.mesh_from_body, &along));
     }
@@ -328,8 +337,9 @@ fn highest_corner(corners: &[Point; 3], along: &Vector) -> Point {
     corners.iter().fold(corners[0], |best, p| if height(p) > height(&best) { *p } else { best })
 }
 
-/// The distance of a triangle from a body whose ball end is what is nearest, or one above the bound, and the points: the planes across the way from the
-/// center of the ball to the triangle prove it, since the support of the body there is that of its ball. None where it is not, or they may meet.
+/// The distance of a triangle from a body whose ball end is what is nearest, or one above the bound, and the
+/// points: the planes across the way from the center of the ball to the triangle prove it, since the support
+/// of the body there is that of its ball. None where it is not, or they may meet.
 fn ball_end(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, bound: f64) -> Option<(f64, Point, Point)> {
     let (center, radius) = body.ball()?;
     let center = mesh_from_body.point(&center);
@@ -360,7 +370,8 @@ struct BodyInMesh {
     parry: ParryPose,
 }
 
-/// Width of the gap between a triangle and a body along a unit vector of the frame of the mesh, mm; never above their distance.
+/// Width of the gap between a triangle and a body along a unit vector of the frame of the mesh, mm; never
+/// above their distance.
 fn separation(body: &Revolved, corners: &[Point; 3], mesh_from_body: &Pose, along: &Vector) -> f64 {
     let high = corners.iter().map(|p| p.coords.dot(along)).fold(f64::NEG_INFINITY, f64::max);
     -highest(body, mesh_from_body, &-along) - high
@@ -382,7 +393,8 @@ pub(crate) fn skins(
     skins_with((a, b), b_from_a, limits, warm, &mut Effort::unlimited())
 }
 
-/// The same with no more than some effort: then what is proved may be below the limit ([`Separation::Beyond`]), or below the first limit and not exact.
+/// The same with no more than some effort: then what is proved may be below the limit
+/// ([`Separation::Beyond`]), or below the first limit and not exact.
 pub(crate) fn skins_with(
     (a, b): (&TriangleTree, &TriangleTree),
     b_from_a: &Pose,
@@ -530,7 +542,8 @@ mod tests {
         matches!(g, Separation::Beyond(proved) | Separation::Between([proved, _], ..) if limit <= proved && proved <= exact + 1e-9)
     }
 
-    /// Lowest point of a body of revolution tilted by `tilt` about y: the support in the direction of -z, in closed form.
+    /// Lowest point of a body of revolution tilted by `tilt` about y: the support in the direction of -z, in
+    /// closed form.
     fn lowest(shape: &str, tilt: f64) -> f64 {
         let (s, c) = tilt.sin_cos();
         match shape {
@@ -568,8 +581,8 @@ mod tests {
         }
     }
 
-    /// Heights from a nanometer to a centimeter over a face, bodies of every kind, tilted: the distance is proved, so never
-    /// above the true one, and below it by no more than is said.
+    /// Heights from a nanometer to a centimeter over a face, bodies of every kind, tilted: the distance is
+    /// proved, so never above the true one, and below it by no more than is said.
     #[test]
     fn distances_of_tools_are_proved_near_contact_as_well() {
         use parry3d_f64::shape::SupportMap;

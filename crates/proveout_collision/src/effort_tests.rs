@@ -1,7 +1,8 @@
 //! What a distance query proves when its effort ends early, against all triangles one by one.
 //!
-//! The oracle knows nothing of trees, GJK or planes: the signed distance from a convex body is a convex function (Rockafellar 1970), so that its least value on a
-//! triangle is found by two searches of an interval, one within the other, and never changes by more than the way.
+//! The oracle knows nothing of trees, GJK or planes: the signed distance from a convex body is a convex
+//! function (Rockafellar 1970), so that its least value on a triangle is found by two searches of an
+//! interval, one within the other, and never changes by more than the way.
 
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
 use proveout_tool::Cutter;
@@ -44,7 +45,8 @@ fn least_of(f: impl Fn(f64) -> f64) -> f64 {
     best
 }
 
-/// Signed distance of the nearest point of triangles from a body, in the frame of the body; below zero where they reach into it.
+/// Signed distance of the nearest point of triangles from a body, in the frame of the body; below zero where
+/// they reach into it.
 fn oracle(bodies: &[Revolved], triangles: &[[Point; 3]], body_from_mesh: &Pose) -> f64 {
     let mut best = f64::INFINITY;
     for corners in triangles {
@@ -112,7 +114,8 @@ fn pose(random: &mut Random, bodies: &[Revolved], triangles: &[[Point; 3]], k: u
     let reach = if k.is_multiple_of(3) { 90.0 } else { 22.0 };
     let mut pose = Pose { translation: random.point(reach).coords, ..turn };
     if k % 3 == 1 {
-        // Along the way to the nearest corner until a wanted distance is left; that of the whole is what the oracle says.
+        // Along the way to the nearest corner until a wanted distance is left; that of the whole is what the
+        // oracle says.
         for _ in 0..12 {
             let apart = oracle(bodies, triangles, &pose.inverse());
             let wanted = [1e-6, 1e-3, 0.2, -0.5][k / 3 % 4];

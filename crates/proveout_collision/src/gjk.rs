@@ -1,8 +1,8 @@
 //! Distance of two convex bodies between two bounds that meet.
 //!
-//! The method of Gilbert, Johnson and Keerthi (1988) looks for the point v of the difference B - A that is nearest to the origin. Each round knows two
-//! numbers: |v|, the distance of two points of the bodies, and the distance of two parallel planes across v with A on one side and B on the
-//! other:
+//! The method of Gilbert, Johnson and Keerthi (1988) looks for the point v of the difference B - A that is
+//! nearest to the origin. Each round knows two numbers: |v|, the distance of two points of the bodies, and
+//! the distance of two parallel planes across v with A on one side and B on the other:
 //!
 //! ```text
 //!            A          |          |      B              planes across v, through the supports of both:
@@ -11,9 +11,9 @@
 //!          '----'       |          |   '-----'
 //! ```
 //!
-//! The true distance lies between them, whatever rounding has done to v: planes prove, points are there. It ends where both agree, not where v stops to
-//! change. The usual end (a part of |v|, or of the size of the bodies) calls two bodies met that are some micrometers apart, if one of them is long and
-//! thin.
+//! The true distance lies between them, whatever rounding has done to v: planes prove, points are there. It
+//! ends where both agree, not where v stops to change. The usual end (a part of |v|, or of the size of the
+//! bodies) calls two bodies met that are some micrometers apart, if one of them is long and thin.
 //!
 //! A simplex of four points that holds the origin proves that the bodies meet.
 
@@ -51,8 +51,9 @@ struct DifferencePoint {
     on_second: Point,
 }
 
-/// Nearest points of two convex bodies. `supports` gives the point of the first body that is farthest along a unit vector, and that of the second
-/// that is least far; `start` is any vector from the first to the second. It ends where proof and points agree to `within`, or where `bound` is proved.
+/// Nearest points of two convex bodies. `supports` gives the point of the first body that is farthest along a
+/// unit vector, and that of the second that is least far; `start` is any vector from the first to the second.
+/// It ends where proof and points agree to `within`, or where `bound` is proved.
 pub(crate) fn nearest(
     supports: impl Fn(&Vector) -> [Point; 2],
     start: &Vector,
@@ -117,14 +118,16 @@ pub(crate) fn nearest(
     best
 }
 
-/// Weights of the corners for the point of their hull that is nearest to the origin; none where it lies inside of four of them.
+/// Weights of the corners for the point of their hull that is nearest to the origin; none where it lies
+/// inside of four of them.
 fn nearest_to_origin(simplex: &[DifferencePoint]) -> Option<Vec<f64>> {
     let n = simplex.len();
     if n >= 4 && holds_origin(simplex) {
         return None;
     }
     let mut best = (f64::INFINITY, vec![0.0; n]);
-    // Vertices, edges and faces: each subset of up to three, with the weights of its own plane where these are all above zero.
+    // Vertices, edges and faces: each subset of up to three, with the weights of its own plane where these
+    // are all above zero.
     for set in 1_u32..(1 << n) {
         let members: Vec<usize> = (0..n).filter(|k| set >> k & 1 == 1).collect();
         let of = |k: usize| simplex[members[k]].w;
@@ -153,8 +156,8 @@ fn on_edge(a: Vector, b: Vector) -> Option<Vec<f64>> {
     (t > 0.0 && t < 1.0).then(|| vec![1.0 - t, t])
 }
 
-/// Weights of three points for the foot of the origin in their triangle. The longest edge is taken first, and the way across it without its share along it:
-/// so a thin triangle loses no more digits than it has to.
+/// Weights of three points for the foot of the origin in their triangle. The longest edge is taken first, and
+/// the way across it without its share along it: so a thin triangle loses no more digits than it has to.
 fn on_face(a: Vector, b: Vector, c: Vector) -> Option<Vec<f64>> {
     let points = [a, b, c];
     let length = |k: usize| (points[(k + 1) % 3] - points[k]).norm_squared();

@@ -260,8 +260,8 @@ impl Interference {
         is_left(&rests).then(|| Neighbors::new(&self.machine, joint, rests))
     }
 
-    /// Whether each body of which nothing is left bears by its role, or is round about the joint between them: then it is at every turn where it is at
-    /// rest.
+    /// Whether each body of which nothing is left bears by its role, or is round about the joint between
+    /// them: then it is at every turn where it is at rest.
     fn bears_all_over(&self, rests: &SkinRests, bodies: [&CollisionPart; 2]) -> bool {
         let [up, down] = bodies.map(|p| chain_to(&self.machine, p.attached));
         let Some(joint) = (if up.len() > down.len() { up } else { down }).last().map(|&j| &self.machine.joints[j])
@@ -311,8 +311,9 @@ impl Interference {
         }
     }
 
-    /// Checks one straight motion of the joints, from `time[0]` to `time[1]` (s). The true motion of any point may leave
-    /// the straight one by `slack` (mm). Gives the breaches that began in it, as a range of [`Self::breaches`].
+    /// Checks one straight motion of the joints, from `time[0]` to `time[1]` (s). The true motion of any
+    /// point may leave the straight one by `slack` (mm). Gives the breaches that began in it, as a range of
+    /// [`Self::breaches`].
     pub fn check_piece(
         &mut self,
         from: &JointValues,
@@ -323,11 +324,13 @@ impl Interference {
         self.check_bent_piece([from, to], time, slack, &JointValues::ZERO)
     }
 
-    /// The same where the joints may leave the straight motion, each by no more than `off` (mm, radian): at every moment all of them are so
-    /// near to one place of it. They may turn back within the piece; then the ends alone would say nothing of how far they went.
+    /// The same where the joints may leave the straight motion, each by no more than `off` (mm, radian): at
+    /// every moment all of them are so near to one place of it. They may turn back within the piece; then the
+    /// ends alone would say nothing of how far they went.
     ///
-    /// With weights w of a pair (how far one moves against the other for a unit of each joint), its distance at the true joints is at least that
-    /// at the place on the straight motion, less `sum w_j off_j`: that is the slack of this pair.
+    /// With weights w of a pair (how far one moves against the other for a unit of each joint), its distance
+    /// at the true joints is at least that at the place on the straight motion, less `sum w_j off_j`: that is
+    /// the slack of this pair.
     pub fn check_bent_piece(
         &mut self,
         [from, to]: [&JointValues; 2],
@@ -515,8 +518,8 @@ impl Interference {
         &self.breaches
     }
 
-    /// Smallest distance so far, measured and proved. Machine bodies of neighboring joints, which are always near each other, count
-    /// where they come nearer than the clearance.
+    /// Smallest distance so far, measured and proved. Machine bodies of neighboring joints, which are always
+    /// near each other, count where they come nearer than the clearance.
     ///
     /// ```
     /// use proveout_collision::{Fixture, Interference};

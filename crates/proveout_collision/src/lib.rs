@@ -1,10 +1,12 @@
-//! Interference of tool, holder, machine bodies and fixtures while the joints of a machine move. The stock judges itself
-//! what is swept through it, the parts of the tool (crate `proveout_stock`); the other bodies are followed against the material on its
-//! rays ([`StockCheck`]). The design part is judged by the deviation of what was cut.
+//! Interference of tool, holder, machine bodies and fixtures while the joints of a machine move. The stock
+//! judges itself what is swept through it, the parts of the tool (crate `proveout_stock`); the other bodies
+//! are followed against the material on its rays ([`StockCheck`]). The design part is judged by the deviation
+//! of what was cut.
 //!
-//! Data in: a [`proveout_machine::Machine`] with its bodies (M with all joints at zero), [`Fixture`]s (table frame K),
-//! tools, and straight motions of the joints, mm and radian. Data out: [`Breach`]es with time, joints, pair and place
-//! (table frame K), the smallest distance with its pair, and the list of pairs that were not checked, each with the reason.
+//! Data in: a [`proveout_machine::Machine`] with its bodies (M with all joints at zero), [`Fixture`]s (table
+//! frame K), tools, and straight motions of the joints, mm and radian. Data out: [`Breach`]es with time,
+//! joints, pair and place (table frame K), the smallest distance with its pair, and the list of pairs that
+//! were not checked, each with the reason.
 //!
 //! * [`Interference`] – takes pieces of motion in order.
 //! * [`StockCheck`] – takes them with the stock as it is cut; [`StockBreach`] – a body that met it, or came near.
@@ -39,9 +41,10 @@
 //! # Method
 //!
 //! Conservative advancement: between two positions of the joints the distance of two parts changes by at most
-//! `mu = sum |dq_linear| + sum R |dq_rotary|`, R being the farthest distance of the moving part from that axis. Where the
-//! distance d at time t is above `threshold + mu (1 - t)`, the rest of the step is clear; otherwise the motion is safe up to
-//! `t + (d - threshold) / mu`, where the distance is asked for again (Mirtich 1996; Zhang, Redon, Lee and Kim 2007).
+//! `mu = sum |dq_linear| + sum R |dq_rotary|`, R being the farthest distance of the moving part from that
+//! axis. Where the distance d at time t is above `threshold + mu (1 - t)`, the rest of the step is clear;
+//! otherwise the motion is safe up to `t + (d - threshold) / mu`, where the distance is asked for again
+//! (Mirtich 1996; Zhang, Redon, Lee and Kim 2007).
 //!
 //! ```text
 //!  distance
@@ -55,10 +58,11 @@
 //! 1. Every pair keeps the distance that was last proved, less the motion since then. A query is made only when that is
 //!    used up. All pairs together keep the smallest of these allowances, so that most pieces cost one scalar product.
 //! 2. Distances are bounded: a query stops when it has proved that the parts are further apart than is needed.
-//! 3. Tools are exact convex bodies of revolution (support functions of their generating curves). GJK finds a direction, the gap
-//!    between two planes across it is the proved distance, within 1e-7 mm of the true one. Meshes are compared triangle by
-//!    triangle in closed form, down two trees of boxes at once ([`nearest_leaves`]), starting with those that were nearest last time.
-//!    A bounded query that finds nothing proves a distance all the same: the smallest bound of what it left out.
+//! 3. Tools are exact convex bodies of revolution (support functions of their generating curves). GJK finds a
+//!    direction, the gap between two planes across it is the proved distance, within 1e-7 mm of the true one.
+//!    Meshes are compared triangle by triangle in closed form, down two trees of boxes at once
+//!    ([`nearest_leaves`]), starting with those that were nearest last time. A bounded query that finds
+//!    nothing proves a distance all the same: the smallest bound of what it left out.
 //! 4. Skins alone do not show a part wholly inside another: at the start, after a tool change and after a contact, the
 //!    winding number of a point of each part about the other is tested. Skins that never met cannot change it.
 //!    A mesh that is not closed has no defined inside: its surface is checked, and
@@ -67,11 +71,11 @@
 //!
 //! # Known limits
 //!
-//! Machine bodies of neighboring joints are checked without the volume in which they bear on each other (text of `neighbors.rs`); one of which
-//! nothing is left is listed, with whether its role is to bear; those
-//! that a tilting platform carries are not, and are listed so. Penetration is a lower estimate from vertices and points on the
-//! generating curves, and is not estimated for neighbors. A pair that collides is looked at again each half
-//! millimeter of motion; a separation and new contact in between counts as one breach.
+//! Machine bodies of neighboring joints are checked without the volume in which they bear on each other (text
+//! of `neighbors.rs`); one of which nothing is left is listed, with whether its role is to bear; those that a
+//! tilting platform carries are not, and are listed so. Penetration is a lower estimate from vertices and
+//! points on the generating curves, and is not estimated for neighbors. A pair that collides is looked at
+//! again each half millimeter of motion; a separation and new contact in between counts as one breach.
 //!
 //! # Files
 //!

@@ -118,8 +118,8 @@ fn connected(triangles: &[[Point; 3]]) -> Vec<Vec<[Point; 3]>> {
     parts.into_values().collect()
 }
 
-/// The pairs of triangles at an edge that bound the same material. Seen against the edge, material lies counter-clockwise of a triangle that
-/// runs against the edge, up to the next one that runs along it.
+/// The pairs of triangles at an edge that bound the same material. Seen against the edge, material lies
+/// counter-clockwise of a triangle that runs against the edge, up to the next one that runs along it.
 fn wedges(triangles: &[[Point; 3]], at: &[Edge]) -> Vec<[usize; 2]> {
     let mut frame: Option<[Vector; 2]> = None;
     let mut turned: Vec<(usize, bool, f64)> = Vec::with_capacity(at.len());

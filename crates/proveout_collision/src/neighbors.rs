@@ -1,7 +1,8 @@
 //! Machine bodies of neighboring joints: they slide or turn on each other, so that they touch where they are borne.
 //!
-//! Of such a pair the *volume of the bearing* is left out, and the rest is checked as everything else is. What bears is what is near or
-//! inside of the other at rest (the joint at zero, or at the end of its travel that is nearest to zero):
+//! Of such a pair the *volume of the bearing* is left out, and the rest is checked as everything else is.
+//! What bears is what is near or inside of the other at rest (the joint at zero, or at the end of its travel
+//! that is nearest to zero):
 //!
 //! ```text
 //!    rotary joint: r, z of the axis            slide: the plane across it
@@ -15,15 +16,16 @@
 //!        +-------------------'---> z               +-----------> u
 //! ```
 //!
-//! The motion of the joint changes neither r and z of a point about its axis, nor its place across a slide. So what is outside of the
-//! zone stays outside, on both bodies, and never meets what was left out: an overlap outside of the zone is one of the two rests, and
-//! begins where their skins meet. Nothing else is assumed of the bodies; drawn ones may overlap at rest as they like.
+//! The motion of the joint changes neither r and z of a point about its axis, nor its place across a slide.
+//! So what is outside of the zone stays outside, on both bodies, and never meets what was left out: an
+//! overlap outside of the zone is one of the two rests, and begins where their skins meet. Nothing else is
+//! assumed of the bodies; drawn ones may overlap at rest as they like.
 //!
 //! The width of the volume left out is reported ([`ZONE_MM`]). Parts that lie in the zone and bear
 //! nothing are checked as wholes (`neighbor_shells.rs`).
 //!
-//! A pair of neighbors has one freedom. Where it was found clear it stays clear whatever the other joints do: the range of the joint that is
-//! proved is kept, and most pieces need no more than a look at it.
+//! A pair of neighbors has one freedom. Where it was found clear it stays clear whatever the other joints do:
+//! the range of the joint that is proved is kept, and most pieces need no more than a look at it.
 
 use std::{f64::consts::TAU, sync::Arc};
 
@@ -38,14 +40,15 @@ use crate::triangle_tree::TriangleTree;
 
 /// Edge of a cell of the zone, mm: the zone reaches two to three of them beyond what bears.
 const CELL_MM: f64 = 4.0;
-/// Cells that the zone is grown by to all sides. A piece at its border is smaller than one cell: with two of them it is either dropped, or
-/// reaches in where nothing bears.
+/// Cells that the zone is grown by to all sides. A piece at its border is smaller than one cell: with two of
+/// them it is either dropped, or reaches in where nothing bears.
 const GROWN: usize = 2;
 /// What is nearer than the clearance and this, mm, bears.
 const BEARING_MM: f64 = 2.0;
 /// Most by which the zone reaches beyond what bears, mm: the cells that it is grown by, and the one that they begin in.
 pub const ZONE_MM: f64 = (GROWN + 1) as f64 * CELL_MM;
-/// Most triangles that a body may be parted into at the border of its zone; beyond it pieces are kept whole, which only checks more.
+/// Most triangles that a body may be parted into at the border of its zone; beyond it pieces are kept whole,
+/// which only checks more.
 const MOST_PIECES: usize = 400_000;
 /// Rounding of corners, mm.
 const ROUND_MM: f64 = 1e-6;
@@ -86,7 +89,8 @@ pub(crate) struct SkinRests {
 impl Neighbors {
     pub(crate) fn new(machine: &Machine, joint: usize, rests: Arc<SkinRests>) -> Self {
         let j = &machine.joints[joint];
-        // Where two points are nearest, one of them moves against the other's body by its distance from the axis; either may be taken.
+        // Where two points are nearest, one of them moves against the other's body by its distance from the
+        // axis; either may be taken.
         let radius = |skin: &TriangleTree| farthest(skin, &j.point, &j.direction);
         let of_pair = |[a, b]: &neighbor_shells::SkinPair| radius(a).min(radius(b));
         let widest = std::iter::once(&rests.skins).chain(&rests.idle).map(of_pair).fold(0.0, f64::max);
@@ -94,8 +98,8 @@ impl Neighbors {
         Self { joint, rests, proved: EMPTY, slack: 0.0, weight, turns: j.is_rotary() }
     }
 
-    /// Forgets what was proved for a smaller slack. A little more than what is asked for is taken, so that slacks that grow from piece to
-    /// piece do not throw the range away each time.
+    /// Forgets what was proved for a smaller slack. A little more than what is asked for is taken, so that
+    /// slacks that grow from piece to piece do not throw the range away each time.
     pub(crate) fn allow(&mut self, slack: f64) {
         if slack > self.slack {
             (self.slack, self.proved) = (slack + (0.25 * slack).min(SPARE_MM), EMPTY);
@@ -167,7 +171,8 @@ struct Zone {
     any: bool,
 }
 
-/// Most cells of a zone; a machine of 10 m has 6 million. Beyond it the zone ends there, and what lies outside is checked.
+/// Most cells of a zone; a machine of 10 m has 6 million. Beyond it the zone ends there, and what lies
+/// outside is checked.
 const MOST_CELLS: usize = 4000;
 
 impl Zone {
@@ -319,8 +324,8 @@ fn bearing(
     }
 }
 
-/// Whether a point is inside of a body: by two half lines in directions of no plane that anyone draws, and by solid angles where they
-/// disagree.
+/// Whether a point is inside of a body: by two half lines in directions of no plane that anyone draws, and by
+/// solid angles where they disagree.
 fn is_inside(body: &MeshShape, p: &Point) -> bool {
     if body.faults.open.is_some() {
         return false;
@@ -363,7 +368,8 @@ fn skin_within(skin: &TriangleTree, t: &[Point; 3], near: f64) -> bool {
         || found
 }
 
-/// The part of a skin outside of the zone, with pieces at its border that reach in by less than two cells, where nothing bears.
+/// The part of a skin outside of the zone, with pieces at its border that reach in by less than two cells,
+/// where nothing bears.
 fn outside(triangles: &[[Point; 3]], invariant: &Invariant, zone: &Zone) -> Vec<[Point; 3]> {
     let mut kept = Vec::with_capacity(triangles.len());
     let mut open = triangles.to_vec();
@@ -390,7 +396,8 @@ const ROUND_FACETS: f64 = 36.0;
 /// Turns for which it is tried, radian: no parts of a turn that a drawing divides by.
 const ROUND_TURNS: [f64; 4] = [0.037, 0.731, 1.913, 2.817];
 
-/// Whether a body turned about the axis of a joint is where it was, but for its facets: every corner lies on the skin after a turn.
+/// Whether a body turned about the axis of a joint is where it was, but for its facets: every corner lies on
+/// the skin after a turn.
 pub(crate) fn is_round(body: &MeshShape, joint: &Joint) -> bool {
     ROUND_TURNS.iter().all(|&angle| {
         let turn = Pose::about_line(&joint.point, &joint.direction, angle);

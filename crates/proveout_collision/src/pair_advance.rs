@@ -16,10 +16,11 @@ use crate::ring::RingState;
 use crate::shape::PartShape;
 use crate::swept::{BodyPlaces, bent, least_distance};
 
-/// Slack for rounding, mm. Distances of tools are proved; those of two triangles may be too large by 1e-8 of their edges, which is
-/// this much for edges of a meter.
+/// Slack for rounding, mm. Distances of tools are proved; those of two triangles may be too large by 1e-8 of
+/// their edges, which is this much for edges of a meter.
 const SLACK_MM: f64 = 1e-5;
-/// Distance from a threshold that counts as on it, mm: ends the advancement. What passes by more than this and the slack is clear.
+/// Distance from a threshold that counts as on it, mm: ends the advancement. What passes by more than this
+/// and the slack is clear.
 const TOLERANCE_MM: f64 = 2e-4;
 /// Motion of a colliding pair between two looks at its penetration, mm.
 const CONTACT_REFRESH_MM: f64 = 0.5;
@@ -33,7 +34,8 @@ const LAST_REACH_MM: f64 = 3200.0;
 pub(crate) const MOST_PROVED_MM: f64 = 1e6;
 /// What is left of a step is asked for at once where a part may still move by more than this, mm.
 const LEAST_WAY_MM: f64 = 1e-3;
-/// A pair that has come no nearer than this many times what is watched holds not the least distance of all: the proof will ask little of it.
+/// A pair that has come no nearer than this many times what is watched holds not the least distance of all:
+/// the proof will ask little of it.
 const LEAST_OF_ALL: f64 = 2.0;
 /// Way ahead for which the distance of two neighbors is asked, mm.
 const AHEAD_MM: f64 = 50.0;
@@ -64,7 +66,8 @@ pub(crate) struct CheckedPair {
     pub(crate) a: usize,
     pub(crate) b: usize,
     pub(crate) info: usize,
-    /// Most by which they move against each other for a unit of each joint; where one is taken at all its turns, they do not count.
+    /// Most by which they move against each other for a unit of each joint; where one is taken at all its
+    /// turns, they do not count.
     pub(crate) weights: [f64; MAX_JOINTS],
     /// The same of the bodies themselves.
     pub(crate) own_weights: [f64; MAX_JOINTS],
@@ -177,8 +180,8 @@ impl Interference {
         self.advance(i, step, NearPlace::Noted);
     }
 
-    /// Conservative advancement (after Mirtich 1996) of one pair through one step. Whether the two keep apart by what is wanted; where they do not, this is
-    /// noted, or left to who asked.
+    /// Conservative advancement (after Mirtich 1996) of one pair through one step. Whether the two keep apart
+    /// by what is wanted; where they do not, this is noted, or left to who asked.
     fn advance(&mut self, i: usize, step: &JointStep, found: NearPlace) -> bool {
         let mu = dot(&self.pairs[i].weights, &step.motion);
         if self.pairs[i].fresh {
@@ -250,8 +253,9 @@ impl Interference {
         false
     }
 
-    /// Whether a part of the tool keeps away from a mesh on a part of a step, by the hull of both ends: for each triangle along its own normal (Tang, Kim
-    /// and Manocha 2009), so that a tool that slides along a wall is asked about once, where its way would use up the distance many times.
+    /// Whether a part of the tool keeps away from a mesh on a part of a step, by the hull of both ends: for
+    /// each triangle along its own normal (Tang, Kim and Manocha 2009), so that a tool that slides along a
+    /// wall is asked about once, where its way would use up the distance many times.
     fn is_clear_while_sliding(&mut self, i: usize, step: &JointStep, part: [f64; 2], floor: f64) -> bool {
         let p = &self.pairs[i];
         let (a, b) = (&self.parts[p.a], &self.parts[p.b]);
@@ -302,8 +306,9 @@ impl Interference {
         self.lower_bound = self.lower_bound.min(distance.max(0.0));
     }
 
-    /// Whether two neighbors keep clear of each other through a step, by what is known of their joint or can be proved now. Each distance
-    /// proves a range of the joint round the place where it was measured; it is asked for some way ahead.
+    /// Whether two neighbors keep clear of each other through a step, by what is known of their joint or can
+    /// be proved now. Each distance proves a range of the joint round the place where it was measured; it is
+    /// asked for some way ahead.
     pub(crate) fn neighbors_clear(&mut self, i: usize, step: &JointStep, off: &JointValues) -> bool {
         let Some(n) = self.pairs[i].neighbors.as_mut() else { return false };
         n.allow(step.slack);

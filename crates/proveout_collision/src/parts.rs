@@ -20,7 +20,8 @@ pub const BEARING_ROLES: [&str; 2] = ["guide", "bearing"];
 pub struct Fixture {
     /// Name, for findings.
     pub name: String,
-    /// Mesh in the table frame K (equal to M with all joints at zero), mm; of one that is not closed only the surface counts.
+    /// Mesh in the table frame K (equal to M with all joints at zero), mm; of one that is not closed only the
+    /// surface counts.
     pub mesh: TriMesh,
     /// True when it is mounted on the table and moves with it; false when it is on the base.
     pub on_table: bool,
@@ -277,8 +278,8 @@ pub(crate) fn motion_weights(
                     let (p, d) = (local_from_zero.point(&joint.point), local_from_zero.vector(&joint.direction));
                     reach = reach.min(part.shape.farthest_from_line(&p, &d));
                 }
-                // A platform shifts sideways with its tilt, by (1 - cos q) times a vector: at most that vector's length for
-                // each radian, and twice its length in all.
+                // A platform shifts sideways with its tilt, by (1 - cos q) times a vector: at most that
+                // vector's length for each radian, and twice its length in all.
                 let shift = joint.turn_shift.map_or(0.0, |s| s.0.norm());
                 weights[k] = reach + shift;
                 (center, radius) = (foot, radius + off + 2.0 * shift);

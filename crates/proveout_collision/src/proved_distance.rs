@@ -1,7 +1,7 @@
 //! A distance that was proved at one place of the joints, and what it says of others.
 //!
-//! Going from `q0` to `q` joint after joint, each moves a point of one body against the other by at most its weight for a unit (see
-//! `motion_weights`), so that
+//! Going from `q0` to `q` joint after joint, each moves a point of one body against the other by at most its
+//! weight for a unit (see `motion_weights`), so that
 //!
 //! ```text
 //!    distance(q) >= distance(q0) - sum w_j |q_j - q0_j|        whatever way was gone between
@@ -36,13 +36,15 @@ impl ProvedDistance {
     }
 }
 
-/// Pairs that one comparison settles together: where they were last looked at, what was proved there, and what they have needed since.
+/// Pairs that one comparison settles together: where they were last looked at, what was proved there, and
+/// what they have needed since.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PairGroup {
     pub(crate) reference: JointValues,
     /// The largest of the pairs' weights.
     pub(crate) weights: [f64; MAX_JOINTS],
-    /// Least distance that was proved of any pair, and by how much at least it is above what needs to be known of that pair, mm.
+    /// Least distance that was proved of any pair, and by how much at least it is above what needs to be
+    /// known of that pair, mm.
     pub(crate) closest: f64,
     pub(crate) budget: f64,
     /// Most of the budget that any piece has needed, mm.

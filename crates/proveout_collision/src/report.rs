@@ -99,7 +99,8 @@ pub struct Effort {
     pub pieces: u64,
     /// Pieces that the smallest allowance of all pairs settled: one scalar product for all of them.
     pub pieces_by_allowance: u64,
-    /// Pairs that were looked at one by one, in pieces that were not settled so (a piece of much turning counts in steps).
+    /// Pairs that were looked at one by one, in pieces that were not settled so (a piece of much turning
+    /// counts in steps).
     pub pair_checks: u64,
     /// Pairs that their own allowance settled: one scalar product.
     pub pairs_by_allowance: u64,
@@ -110,7 +111,8 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// Share of the pieces in which no distance was asked for, or could not be, 0 to 1: those settled by one scalar product.
+    /// Share of the pieces in which no distance was asked for, or could not be, 0 to 1: those settled by one
+    /// scalar product.
     pub fn share_by_allowance(&self) -> f64 {
         if self.pieces == 0 { 1.0 } else { self.pieces_by_allowance as f64 / self.pieces as f64 }
     }
@@ -134,8 +136,8 @@ pub struct PairInfo {
     pub near_miss: f64,
     /// The machine file has a rule of its own for the pair: why, in its words, which may be none.
     pub ruled: Option<Arc<str>>,
-    /// Of machine bodies of neighboring joints: the larger part of a skin that is left out, since the two bear on each other there,
-    /// 0 to 1.
+    /// Of machine bodies of neighboring joints: the larger part of a skin that is left out, since the two
+    /// bear on each other there, 0 to 1.
     pub bearing: f64,
 }
 
@@ -147,10 +149,11 @@ pub enum Unchecked {
     /// Machine bodies of neighboring joints with nothing left outside the volume in which they bear
     /// on each other, though no role says that they bear.
     Neighbors,
-    /// The same of a body that bears by its role in the machine file ([`crate::BEARING_ROLES`]), or is round about the axis of the joint between them,
-    /// so that it is at every turn where it is at rest.
+    /// The same of a body that bears by its role in the machine file ([`crate::BEARING_ROLES`]), or is round
+    /// about the axis of the joint between them, so that it is at every turn where it is at rest.
     Guide,
-    /// Machine bodies of neighboring joints with a tilting platform between them, whose motion leaves no volume in place.
+    /// Machine bodies of neighboring joints with a tilting platform between them, whose motion leaves no
+    /// volume in place.
     Platform,
     /// The caller allows it.
     Allowed,
@@ -190,7 +193,8 @@ pub struct MeshFaults {
 /// Why interference cannot be checked.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum CollisionError {
-    /// A mesh does not bound a solid: of a machine body or fixture one that has no volume, is inside out, or no numbers.
+    /// A mesh does not bound a solid: of a machine body or fixture one that has no volume, is inside out, or
+    /// no numbers.
     #[error("the mesh of {kind} \"{name}\" does not bound a solid: {fault}; repair the mesh or exclude the body")]
     NotSolid {
         /// `machine body`, `fixture` or `solid`.

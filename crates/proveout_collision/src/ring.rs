@@ -1,8 +1,9 @@
 //! A body that turns, at all of its turns at once.
 //!
-//! What a body reaches while it turns about an axis is a body of revolution. Every point of a triangle is a mean of its corners; the distance from
-//! the axis is convex and the height along it linear, so that the triangle at every turn lies in the convex body of revolution about the hull of its
-//! corners in the half plane of r and z:
+//! What a body reaches while it turns about an axis is a body of revolution. Every point of a triangle is a
+//! mean of its corners; the distance from the axis is convex and the height along it linear, so that the
+//! triangle at every turn lies in the convex body of revolution about the hull of its corners in the half
+//! plane of r and z:
 //!
 //! ```text
 //!    r ^     C              the corners A, B, C of a triangle at (r, z); at any turn it lies below the hull
@@ -12,8 +13,9 @@
 //!      +--+------+---> z    leaves less: a disk and the hub below it are two
 //! ```
 //!
-//! Against such a hull the turns of the joint do not count at all: a table that has turned a hundred times below a beam is as far from it as its hull
-//! is. Where that is too near, the body itself is asked, turn by turn.
+//! Against such a hull the turns of the joint do not count at all: a table that has turned a hundred times
+//! below a beam is as far from it as its hull is. Where that is too near, the body itself is asked, turn by
+//! turn.
 
 use std::sync::Arc;
 
@@ -36,7 +38,8 @@ const SAVED: f64 = 0.1;
 /// Pieces of a mesh and places where a cut is tried, at most: what a body of many triangles may cost.
 const MOST_UNITS: usize = 1024;
 const MOST_CUTS: usize = 64;
-/// Corners that are nearer than this to each other or to a straight line count as one or none, mm: rounding of the drawing.
+/// Corners that are nearer than this to each other or to a straight line count as one or none, mm: rounding
+/// of the drawing.
 const SAME_MM: f64 = 1e-9;
 /// Looks at the bodies themselves before their hulls are tried again.
 const LOOKS_BETWEEN: u32 = 64;
@@ -71,8 +74,8 @@ impl RingState {
 }
 
 impl Interference {
-    /// Whether the hulls of a pair keep away through a step. Where they do not, the pair is followed turn by turn from now on, and the hulls are
-    /// tried again after some looks.
+    /// Whether the hulls of a pair keep away through a step. Where they do not, the pair is followed turn by
+    /// turn from now on, and the hulls are tried again after some looks.
     pub(crate) fn ring_keeps(&mut self, i: usize, step: &JointStep) -> bool {
         let p = &mut self.pairs[i];
         let Some(ring) = &mut p.ring else { return false };
@@ -123,7 +126,8 @@ impl Interference {
         (p.weights, p.kept) = (p.own_weights, ProvedDistance::NONE);
     }
 
-    /// Distance of the hulls from the other body at some joints, that of the turning joint aside, as far as below a limit, mm.
+    /// Distance of the hulls from the other body at some joints, that of the turning joint aside, as far as
+    /// below a limit, mm.
     fn ring_distance(&mut self, i: usize, q: &JointValues, limit: f64) -> f64 {
         let p = &mut self.pairs[i];
         let (first, second) = (&self.parts[p.a], &self.parts[p.b]);
@@ -234,7 +238,8 @@ fn cut(units: &[Unit], most: usize) -> Vec<Vec<[f64; 2]>> {
     }
 }
 
-/// Convex hull of points (r, z) and their feet on the axis: from the lowest place of the axis outward and up to the highest (Andrew 1979).
+/// Convex hull of points (r, z) and their feet on the axis: from the lowest place of the axis outward and up
+/// to the highest (Andrew 1979).
 fn hull(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
     let [low, high] = points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], p| [l.min(p[1]), h.max(p[1])]);
     let mut all: Vec<[f64; 2]> = points.iter().copied().chain([[0.0, low]]).collect();
@@ -288,7 +293,8 @@ mod tests {
         hulls((0..mesh.triangles.len()).map(of).collect())
     }
 
-    /// A disk with a hub below and a post above, about its own axis: three hulls, with the volume of a body of revolution through the corners of the mesh.
+    /// A disk with a hub below and a post above, about its own axis: three hulls, with the volume of a body
+    /// of revolution through the corners of the mesh.
     #[test]
     fn a_body_of_revolution_is_its_own_hull() {
         let outline = [

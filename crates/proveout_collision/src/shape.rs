@@ -8,9 +8,10 @@ use proveout_tool::{Profile, Segment};
 use crate::report::MeshFaults;
 use crate::triangle_tree::TriangleTree;
 
-/// Exact convex body of revolution about z, given by its support function: for a direction with the components u across
-/// and w along the axis it is the largest r u + z w over the generating curve. Corners are candidates, and on an arc the
-/// point whose normal has that direction, if the arc has it. So nothing is faceted and no margin is needed.
+/// Exact convex body of revolution about z, given by its support function: for a direction with the
+/// components u across and w along the axis it is the largest r u + z w over the generating curve. Corners
+/// are candidates, and on an arc the point whose normal has that direction, if the arc has it. So nothing is
+/// faceted and no margin is needed.
 #[derive(Clone, Debug)]
 pub(crate) struct Revolved {
     profile: Profile,
@@ -59,7 +60,8 @@ impl Revolved {
         (at(self.profile.z_min()), at(self.profile.z_max()), self.profile.max_radius())
     }
 
-    /// Part of the axis and a radius, so that all of the body is no farther from that part: of a ball end from the center of the ball on.
+    /// Part of the axis and a radius, so that all of the body is no farther from that part: of a ball end
+    /// from the center of the ball on.
     pub(crate) fn spine(&self) -> (Point, Point, f64) {
         let (low, high, radius) = self.capsule();
         (self.ball().map_or(low, |(center, _)| center), high, radius)

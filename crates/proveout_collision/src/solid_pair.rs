@@ -7,7 +7,8 @@ use crate::parts::{MeshDemand, mesh_shape};
 use crate::report::CollisionError;
 use crate::shape::MeshShape;
 
-/// Two closed meshes whose distance is asked for in pose after pose: each query begins with the triangles that were nearest in the last.
+/// Two closed meshes whose distance is asked for in pose after pose: each query begins with the triangles
+/// that were nearest in the last.
 ///
 /// ```
 /// use proveout_collision::SolidPair;
@@ -38,7 +39,8 @@ impl SolidPair {
         Ok(Self { first: of("first", first)?, second: of("second", second)?, warm: None })
     }
 
-    /// Distance of the skins, mm; zero where they meet. A solid wholly inside of the other has the distance of its skin.
+    /// Distance of the skins, mm; zero where they meet. A solid wholly inside of the other has the distance
+    /// of its skin.
     pub fn distance(&mut self, second_from_first: &Pose) -> f64 {
         match skins(&self.first.boxes, &self.second.boxes, second_from_first, [f64::INFINITY; 2], &mut self.warm) {
             Separation::Beyond(distance) | Separation::At(distance, ..) | Separation::Between([distance, _], ..) => {

@@ -1,7 +1,8 @@
 //! Distance of a body that may be at many places from another: one bound for all of them at once.
 //!
-//! With the rotary joints held, slides only shift a body: a place within their ranges is `sum s_k g_k` with `-1 <= s_k <= 1`, so that all places
-//! together are the body and a *zonotope* Z added (Minkowski). A triangle and Z, or a convex body and Z, have the support
+//! With the rotary joints held, slides only shift a body: a place within their ranges is `sum s_k g_k` with
+//! `-1 <= s_k <= 1`, so that all places together are the body and a *zonotope* Z added (Minkowski). A
+//! triangle and Z, or a convex body and Z, have the support
 //!
 //! ```text
 //!    h(n) = h_body(n) + sum |g_k n|               dist(body + Z, other) = min over all places of dist(body, other)
@@ -12,9 +13,11 @@
 //! length of its way (Mirtich 1996) would have to be cut into pieces of 1 um; it is the bound along
 //! the separating normal of Tang, Kim and Manocha (2009), taken for each two triangles.
 //!
-//! Where joints turn as well, a short way is the hull of the body at both of its ends: each point goes almost straight from one to the other. A longer one
-//! is a *curve*: each point goes almost along the parabola through its places at both ends and in the middle, which lies in the triangle of its control
-//! points (Bezier). The ones in the middle are an affine image of the body, so that all of it lies in the hull of three images:
+//! Where joints turn as well, a short way is the hull of the body at both of its ends: each point goes almost
+//! straight from one to the other. A longer one is a *curve*: each point goes almost along the parabola
+//! through its places at both ends and in the middle, which lies in the triangle of its control points
+//! (Bezier). The ones in the middle are an affine image of the body, so that all of it lies in the hull of
+//! three images:
 //!
 //! ```text
 //!                 2 B(1/2) - (B(0) + B(1)) / 2
@@ -55,8 +58,8 @@ const CURVE_WITHIN_MM: f64 = 2e-4;
 /// Effort for one bound: what takes more is better cut into shorter stretches.
 const MOST_EFFORT: u64 = 1000;
 
-/// Part of `turn2 way` by which points leave their parabolas at most: their third derivative is no more than three times that, and the error of the parabola
-/// through three places `1 / (12 sqrt 3)` of a sixth of it.
+/// Part of `turn2 way` by which points leave their parabolas at most: their third derivative is no more than
+/// three times that, and the error of the parabola through three places `1 / (12 sqrt 3)` of a sixth of it.
 const OFF_PARABOLA: f64 = 0.024_056_3;
 
 /// Places of a body in the frame of the other: at one of two poses, or with each of its points
@@ -123,7 +126,8 @@ impl BodyPlaces {
         self.shifts.iter().fold(Vector::zeros(), |sum, g| sum + g.abs())
     }
 
-    /// How far the points of a box may be from where the first pose puts them, along the axes of the other frame; a box goes farthest at a corner.
+    /// How far the points of a box may be from where the first pose puts them, along the axes of the other
+    /// frame; a box goes farthest at a corner.
     fn farthest_from_first(&self, middle: &Point, half: &Vector) -> Vector {
         let corner = |k: u8| {
             let sign = |bit: u8| if k & bit == 0 { -1.0 } else { 1.0 };
@@ -212,10 +216,11 @@ impl PlacedBody<'_> {
     }
 }
 
-/// By how much points may leave the hull of both ends of a straight motion of the joints, and the parabolas through their places at both ends and in the
-/// middle, where they are nearer to the other body than `wanted`, mm: at most
-/// an eighth of their second derivative, and [`OFF_PARABOLA`] of their third (text of `least/search.rs`). `weights` say how far a point goes for a unit of
-/// each joint, `turns` which joints turn, `of_b` which carry the other body, `way` how far each goes.
+/// By how much points may leave the hull of both ends of a straight motion of the joints, and the parabolas
+/// through their places at both ends and in the middle, where they are nearer to the other body than
+/// `wanted`, mm: at most an eighth of their second derivative, and [`OFF_PARABOLA`] of their third (text of
+/// `least/search.rs`). `weights` say how far a point goes for a unit of each joint, `turns` which joints
+/// turn, `of_b` which carry the other body, `way` how far each goes.
 pub(crate) fn bent(
     weights: &[f64; MAX_JOINTS],
     turns: &[bool; MAX_JOINTS],
@@ -268,8 +273,9 @@ fn proved(a: &impl SupportMap, b: &impl SupportMap, limit: f64) -> f64 {
     if found.meet { 0.0 } else { proved.max(found.proved) }
 }
 
-/// Lower bound of the distance of shape `a` in all its places from shape `b`, mm; exact but for rounding below `limit`, and at least the limit
-/// elsewhere. Of two meshes the skins count, not the inside; nothing is proved of a mesh against a convex body.
+/// Lower bound of the distance of shape `a` in all its places from shape `b`, mm; exact but for rounding
+/// below `limit`, and at least the limit elsewhere. Of two meshes the skins count, not the inside; nothing is
+/// proved of a mesh against a convex body.
 pub(crate) fn least_distance(a: &PartShape, b: &PartShape, places: &BodyPlaces, limit: f64) -> f64 {
     least_distance_with((a, b), places, limit, &mut Effort::unlimited())
 }
@@ -311,9 +317,9 @@ pub(crate) fn least_of_skins(a: &TriangleTree, b: &TriangleTree, places: &BodyPl
     distance(near_leaves_grown((a, b), b_from_a, ([in_a, in_b], &mut effort), limits, None, of))
 }
 
-/// Proved distance of a still triangle from a body with a ball end on its way, where it is above the limit or the ball is
-/// what is nearest: the ball in all its places is the hull of two or three balls, and the planes across the way from the segment or triangle of their centers to
-/// the triangle prove a distance.
+/// Proved distance of a still triangle from a body with a ball end on its way, where it is above the limit or
+/// the ball is what is nearest: the ball in all its places is the hull of two or three balls, and the planes
+/// across the way from the segment or triangle of their centers to the triangle prove a distance.
 fn ball_end(placed: &PlacedBody<'_>, corners: &[Point; 3], limit: f64) -> Option<f64> {
     let (center, radius) = placed.body.ball()?;
     if !placed.places.shifts.is_empty() {
@@ -355,7 +361,8 @@ fn bodies_skin(
         let high = Vector::from(axes.map(|n| placed.highest(&n)));
         let low = Vector::from(axes.map(|n| -placed.highest(&-n)));
         let (middle, half) = (Point::from((low + high) * 0.5), (high - low) * 0.5);
-        // Of the hull of all places no point is farther from the spine at the first than its radius and the way of its ends.
+        // Of the hull of all places no point is farther from the spine at the first than its radius and the
+        // way of its ends.
         let (from, to, radius) = body.spine();
         let [from, to] = [from, to].map(|p| places.images(&p));
         let way = |[first, second, third]: &[Point; 3]| (second - first).norm().max((third - first).norm());
@@ -387,7 +394,8 @@ fn bodies_skin(
     least
 }
 
-/// By how much more than one a linear map stretches a vector at most, if it does: the root of its squared norm is no more than half above one.
+/// By how much more than one a linear map stretches a vector at most, if it does: the root of its squared
+/// norm is no more than half above one.
 fn stretch(image: &Image) -> f64 {
     // |A v|2 = v' A'A v, and the norm of A'A is at most one plus the norm of A'A - 1.
     let beside = image.linear.transpose() * image.linear - Matrix3::identity();
@@ -436,8 +444,9 @@ mod tests {
         }
     }
 
-    /// A body that two joints turn while a slide moves it, seen from one that a third joint turns: points leave their parabolas, and bodies their hull, by no
-    /// more than is said; a point far out on a turn about one axis by a third of it, where the straight line is left by half of what is said of that.
+    /// A body that two joints turn while a slide moves it, seen from one that a third joint turns: points
+    /// leave their parabolas, and bodies their hull, by no more than is said; a point far out on a turn about
+    /// one axis by a third of it, where the straight line is left by half of what is said of that.
     #[test]
     fn points_keep_to_their_parabolas() {
         let mut state = 0x9e37_79b9_7f4a_7c15_u64;
@@ -494,8 +503,9 @@ mod tests {
         assert!(most[0] > 0.3 && most[1] > 0.2, "{most:?}");
     }
 
-    /// A ball and a flat end that turn past a wall with a corner: the bound of all places on the way is below the distance at each of them and, but for what
-    /// leaves the parabolas and their hull, no farther below the least of them than the hull is wide.
+    /// A ball and a flat end that turn past a wall with a corner: the bound of all places on the way is below
+    /// the distance at each of them and, but for what leaves the parabolas and their hull, no farther below
+    /// the least of them than the hull is wide.
     #[test]
     fn all_places_of_a_turn_are_one_distance() {
         let wall = box_mesh(&Aabb { min: Point::new(-4.0, -30.0, -30.0), max: Point::new(0.0, 30.0, 17.7) });

@@ -71,8 +71,9 @@ impl ToolClearance {
         Self { tool: PartShape::Convex(bodies.collect()), solids: solids.clone() }
     }
 
-    /// Smallest distance of the tool from the solids where it is below `limit`, else `limit`, mm; zero where skins meet.
-    /// Never larger than the true distance. A tool wholly inside of a solid does not meet its skin: no tool is that short.
+    /// Smallest distance of the tool from the solids where it is below `limit`, else `limit`, mm; zero where
+    /// skins meet. Never larger than the true distance. A tool wholly inside of a solid does not meet its
+    /// skin: no tool is that short.
     pub fn distance(&self, pose: &ToolPose, limit: f64) -> f64 {
         let solid_from_tip = upright(pose);
         self.solids.0.iter().fold(limit, |least, solid| {

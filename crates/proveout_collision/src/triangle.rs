@@ -1,21 +1,23 @@
 //! Distance of two triangles in closed form.
 //!
-//! Two triangles that do not cross are nearest at a vertex of one and the face of the other, or at two edges: the nearest points of
-//! two convex bodies lie on features whose normal cones meet, and two faces that are parallel have such a pair on their border. So
-//! the distance is the least of 9 distances of edges and 6 of vertices over a face. They cross where an edge of one passes through
-//! the face of the other; triangles in one plane cross with their edges.
+//! Two triangles that do not cross are nearest at a vertex of one and the face of the other, or at two edges:
+//! the nearest points of two convex bodies lie on features whose normal cones meet, and two faces that are
+//! parallel have such a pair on their border. So the distance is the least of 9 distances of edges and 6 of
+//! vertices over a face. They cross where an edge of one passes through the face of the other; triangles in
+//! one plane cross with their edges.
 //!
 //! Degenerate triangles have no face but still have edges, whose distances are those of segments, or of points.
 //!
-//! Each candidate is a distance between two points of the triangles, so rounding never makes it smaller than what is there by more
-//! than 1e-15 of the coordinates. It can be larger: of two edges that are almost parallel, the place where they are nearest is
-//! known to one part in `1e-16 / sin^2`, which moves the distance by no more than 1e-8 of the edges. Their four ends are tried as well,
-//! so that parallel edges have no such error.
+//! Each candidate is a distance between two points of the triangles, so rounding never makes it smaller than
+//! what is there by more than 1e-15 of the coordinates. It can be larger: of two edges that are almost
+//! parallel, the place where they are nearest is known to one part in `1e-16 / sin^2`, which moves the
+//! distance by no more than 1e-8 of the edges. Their four ends are tried as well, so that parallel edges have
+//! no such error.
 
 use proveout_geom::{Point, Vector};
 
-/// Squared sine of the angle of two edges below which their ends are tried as well: there the foot of the common perpendicular
-/// is known to 1e-8 of the edges only.
+/// Squared sine of the angle of two edges below which their ends are tried as well: there the foot of the
+/// common perpendicular is known to 1e-8 of the edges only.
 const ALMOST_PARALLEL: f64 = 1e-8;
 /// Area, as a part of the squares of two edges, below which a triangle has no normal.
 const NO_AREA: f64 = 1e-14;
@@ -46,8 +48,9 @@ pub(crate) fn nearest(first: &[Point; 3], second: &[Point; 3]) -> NearestPoints 
     nearest_within(first, second, f64::INFINITY)
 }
 
-/// Nearest points of two triangles; both the same point where they cross. Where one lies wholly on one side of the other's plane, at
-/// least `bound` (mm) from it, that height is given as the distance, with any two points.
+/// Nearest points of two triangles; both the same point where they cross. Where one lies wholly on one side
+/// of the other's plane, at least `bound` (mm) from it, that height is given as the distance, with any two
+/// points.
 pub(crate) fn nearest_within(first: &[Point; 3], second: &[Point; 3], bound: f64) -> NearestPoints {
     let faces = [TriangleFace::of(first), TriangleFace::of(second)];
     let over = |face: &Option<TriangleFace<'_>>, other: &[Point; 3]| {
@@ -144,7 +147,8 @@ pub(crate) fn segments(p: Point, q: Point, r: Point, s: Point) -> NearestPoints 
     };
     let determinant = uu * vv - uv * uv;
     let mut best = if determinant > 0.0 {
-        // Foot of the common perpendicular on the first line, brought into the segment; then the nearest of each to the other.
+        // Foot of the common perpendicular on the first line, brought into the segment; then the nearest of
+        // each to the other.
         let t = ((uv * v.dot(&w) - vv * u.dot(&w)) / determinant).clamp(0.0, 1.0);
         let y = on(r, &v, vv, &(p + u * t));
         NearestPoints::of(on(p, &u, uu, &y), y)
@@ -198,8 +202,9 @@ mod tests {
         }
     }
 
-    /// Another way to the same number: projected gradient descent on the four barycentric parameters would share nothing with the
-    /// code; alternating projections onto two convex sets (von Neumann) do neither, and converge from above.
+    /// Another way to the same number: projected gradient descent on the four barycentric parameters would
+    /// share nothing with the code; alternating projections onto two convex sets (von Neumann) do neither,
+    /// and converge from above.
     fn alternating(first: &[Point; 3], second: &[Point; 3], rounds: usize) -> f64 {
         // Projection onto a triangle by the region of its barycentric coordinates (Ericson 2005, 5.1.5).
         fn project(p: &Point, [a, b, c]: &[Point; 3]) -> Point {

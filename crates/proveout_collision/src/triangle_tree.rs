@@ -1,7 +1,8 @@
 //! Triangles in a tree of boxes, each along the axes, and once more along the wall that its triangles make.
 //!
-//! A box along the axes is fat about a face that leans. A tool that slides along a wall has all boxes near it, and each of their triangles would have to
-//! be asked. So every node also has a box along the mean of its normals:
+//! A box along the axes is fat about a face that leans. A tool that slides along a wall has all boxes near
+//! it, and each of their triangles would have to be asked. So every node also has a box along the mean of its
+//! normals:
 //!
 //! ```text
 //!         ___--~~~--___           of a patch r wide of a surface with radius R it is r2 / 2R thick,
@@ -9,8 +10,8 @@
 //!    '---------------------'
 //! ```
 //!
-//! Two planes across the way from it to a point of the other body's middle, one on the box and one on that body, prove a distance; of a ball it is the distance
-//! from the box itself.
+//! Two planes across the way from it to a point of the other body's middle, one on the box and one on that
+//! body, prove a distance; of a ball it is the distance from the box itself.
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, TriMesh, Vector};
@@ -111,15 +112,15 @@ impl TriangleTree {
         Self { nodes, leans, triangles }
     }
 
-    /// How often a half line from a point leaves the triangles less how often it enters them: the winding number of closed shells about
-    /// the point, if the half line passes through no edge.
+    /// How often a half line from a point leaves the triangles less how often it enters them: the winding
+    /// number of closed shells about the point, if the half line passes through no edge.
     pub(crate) fn winding_crossings(&self, from: &Point, along: &Vector) -> i32 {
         let mut sum = 0;
         let mut open = Vec::from_iter(self.root());
         while let Some(at) = open.pop() {
             let (middle, half) = self.bounds(at);
-            // Box and half line are apart where one of the separating axes says so (Gottschalk 1996): the axes of the box and the
-            // products of the direction with them.
+            // Box and half line are apart where one of the separating axes says so (Gottschalk 1996): the
+            // axes of the box and the products of the direction with them.
             let way = from - middle;
             let size = along.abs();
             let behind = (0..3).any(|k| way[k].abs() > half[k] && way[k] * along[k] >= 0.0);
@@ -152,9 +153,11 @@ impl TriangleTree {
         sum
     }
 
-    /// Lower bound of the distance of a convex body from the triangles of a node, mm, below zero where none is proved, by planes across the way between their box
-    /// and the middle of the body. `amid` gives the point amid the body that is nearest to a point, `support` the largest component of the body's points along a
-    /// unit vector. The body reaches at least `round` about its middle: where no more than `wanted` can be proved by that, it is not asked for its support.
+    /// Lower bound of the distance of a convex body from the triangles of a node, mm, below zero where none
+    /// is proved, by planes across the way between their box and the middle of the body. `amid` gives the
+    /// point amid the body that is nearest to a point, `support` the largest component of the body's points
+    /// along a unit vector. The body reaches at least `round` about its middle: where no more than `wanted`
+    /// can be proved by that, it is not asked for its support.
     pub(crate) fn node_distance(
         &self,
         node: u32,

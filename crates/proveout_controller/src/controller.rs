@@ -156,8 +156,8 @@ where
     /// A control with all joints at home, no tool, and the path mode "continuous".
     ///
     /// # Errors
-    /// [`ControlError`] when a setting or a limit of the machine is not a number above zero, or when the axis dynamics are
-    /// asked for and a drive is not described, is not stable, or moves an unknown mass.
+    /// [`ControlError`] when a setting or a limit of the machine is not a number above zero, or when the axis
+    /// dynamics are asked for and a drive is not described, is not stable, or moves an unknown mass.
     pub fn new(
         commands: I,
         machine: &'m Machine,
@@ -438,8 +438,9 @@ where
         Ok(())
     }
 
-    /// Where X, Y and Z of a machine do not move the tool along x, y and z of its table, a work offset cannot mean the same
-    /// point with tool center point control and without; a program that moves them in both is refused.
+    /// Where X, Y and Z of a machine do not move the tool along x, y and z of its table, a work offset cannot
+    /// mean the same point with tool center point control and without; a program that moves them in both is
+    /// refused.
     fn check_coordinates(
         &mut self,
         motion: &Motion,

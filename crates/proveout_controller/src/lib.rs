@@ -15,37 +15,39 @@
 //!
 //! # Coordinates
 //!
-//! Without tool center point control, base coordinates are machine coordinates of the tip: an axis letter is the joint
-//! of that name; the active tool length is added along the spindle direction (joints at zero) to the axes that a block
-//! moves. Changing the length alone moves nothing. With tool center point control they are coordinates of the tip in the
-//! table frame K, which turns with the table. A block in machine coordinates (SUPA, G53) moves only the axes it names.
-//! No motion happens when the control is switched.
+//! Without tool center point control, base coordinates are machine coordinates of the tip: an axis letter is
+//! the joint of that name; the active tool length is added along the spindle direction (joints at zero) to
+//! the axes that a block moves. Changing the length alone moves nothing. With tool center point control they
+//! are coordinates of the tip in the table frame K, which turns with the table. A block in machine
+//! coordinates (SUPA, G53) moves only the axes it names. No motion happens when the control is switched.
 //!
 //! # Feed
 //!
-//! The feed holds for the tip (with tool center point control) or the linear joints (without), on the path that is run: where corners are
-//! rounded, that is shorter than the programmed one, and so are lengths and the time at the feed (`path/way.rs`). Where neither moves,
-//! a feed of F mm/min is read as F degrees/min of the rotary joints together (Euclidean).
+//! The feed holds for the tip (with tool center point control) or the linear joints (without), on the path
+//! that is run: where corners are rounded, that is shorter than the programmed one, and so are lengths and
+//! the time at the feed (`path/way.rs`). Where neither moves, a feed of F mm/min is read as F degrees/min of
+//! the rotary joints together (Euclidean).
 //!
 //! # Exact stops
 //!
-//! A corner that turns the tip back by 170 degrees or more is an exact stop, as are corners between feed and rapid and those without room:
-//! depths of holes are reached (`path/reversal.rs`).
+//! A corner that turns the tip back by 170 degrees or more is an exact stop, as are corners between feed and
+//! rapid and those without room: depths of holes are reached (`path/reversal.rs`).
 //!
 //! # Bounds of the time
 //!
-//! [`Summary::lower_bound_s`] holds for every motion within the tolerances (`tube.rs`), [`Summary::path_bound_s`] for the path that
-//! is run (`limits.rs`).
+//! [`Summary::lower_bound_s`] holds for every motion within the tolerances (`tube.rs`),
+//! [`Summary::path_bound_s`] for the path that is run (`limits.rs`).
 //!
 //! # Algorithm
 //!
-//! Corners between feed and rapid are exact: the control stops in them. [`Controller`] collects blocks between two stops into a path in task coordinates, with fitted runs of lines (`path/fit.rs`) and quintic corner blends
-//! (`path.rs`), derives limits along the path from those of the joints (`limits.rs`, derivatives through the kinematics
-//! by Taylor arithmetic, `rtcp.rs`), plans a first time law (`look_ahead.rs`, closed forms in `jerk_ramp.rs`), runs it as fast as the joints
-//! allow (`retime.rs`), measures the law at the control samples and slows down where one passes a limit (`stretch.rs`), and cuts
-//! the motion into pieces
-//! (`pieces.rs`). Rounded and exact path share one parameter, so that [`Dynamics::Ideal`] and [`Dynamics::Planned`] have
-//! the same time law.
+//! Corners between feed and rapid are exact: the control stops in them. [`Controller`] collects blocks
+//! between two stops into a path in task coordinates, with fitted runs of lines (`path/fit.rs`) and quintic
+//! corner blends (`path.rs`), derives limits along the path from those of the joints (`limits.rs`,
+//! derivatives through the kinematics by Taylor arithmetic, `rtcp.rs`), plans a first time law
+//! (`look_ahead.rs`, closed forms in `jerk_ramp.rs`), runs it as fast as the joints allow (`retime.rs`),
+//! measures the law at the control samples and slows down where one passes a limit (`stretch.rs`), and cuts
+//! the motion into pieces (`pieces.rs`). Rounded and exact path share one parameter, so that
+//! [`Dynamics::Ideal`] and [`Dynamics::Planned`] have the same time law.
 //!
 //! # Axis dynamics
 //!
@@ -56,19 +58,20 @@
 //!
 //! # Geometric errors
 //!
-//! The control plans with the described machine. [`Sample::pose`] and [`Piece::pose`] are those of the actual one, with the geometric
-//! errors of the machine file, under all dynamics; joints, times and limits are the same as without them.
+//! The control plans with the described machine. [`Sample::pose`] and [`Piece::pose`] are those of the actual
+//! one, with the geometric errors of the machine file, under all dynamics; joints, times and limits are the
+//! same as without them.
 //!
 //! # Limits
 //!
-//! Curved blocks that are not short (arcs, splines, long great circles) are rounded corner by corner, not fitted together.
-//! Against an independent optimum with jerk limits (`tests/optimum.rs`)
-//! plans lose below 0.1 percent at feed and 1 to 2 percent at corners and in curves; 20 single curves from rest to rest that joints alone bind take no longer than what another
-//! program finds (`tests/against_copp.rs`). Not executed and refused by name:
-//! a contour that is not yet the path of the tool center. A machine without
-//! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill
-//! has only its first and last sample. M0 and M1 take no time. Loads of
-//! the drives are those of the machine alone: no workpiece, fixture, tool or cutting force.
+//! Curved blocks that are not short (arcs, splines, long great circles) are rounded corner by corner, not
+//! fitted together. Against an independent optimum with jerk limits (`tests/optimum.rs`) plans lose below 0.1
+//! percent at feed and 1 to 2 percent at corners and in curves; 20 single curves from rest to rest that
+//! joints alone bind take no longer than what another program finds (`tests/against_copp.rs`). Not executed
+//! and refused by name: a contour that is not yet the path of the tool center. A machine without acceleration
+//! (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill
+//! has only its first and last sample. M0 and M1 take no time. Loads of the drives are those of the machine
+//! alone: no workpiece, fixture, tool or cutting force.
 
 #![expect(clippy::needless_range_loop, reason = "a joint's number indexes several arrays at once")]
 

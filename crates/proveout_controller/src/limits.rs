@@ -8,8 +8,9 @@
 //!   q... = q' s... + 3 q'' s. s.. + q''' s.^3
 //! ```
 //!
-//! Over a cell, upper bounds of |q'|, |q''|, |q'''| turn these into constants V, A, J: V keeps the velocity limit and the
-//! feed along the path that is run, and leaves a part of acceleration and jerk to motion along the path; A and J take what curvature leaves at V.
+//! Over a cell, upper bounds of |q'|, |q''|, |q'''| turn these into constants V, A, J: V keeps the velocity
+//! limit and the feed along the path that is run, and leaves a part of acceleration and jerk to motion along
+//! the path; A and J take what curvature leaves at V.
 
 use proveout_machine::{MAX_JOINTS, Machine};
 
@@ -57,15 +58,16 @@ pub(crate) struct CellLimits {
     pub(crate) bound: SpeedCell,
     /// Derivatives of the joints from which the limits follow.
     pub(crate) bounds: DerivativeBounds,
-    /// Feed along the path that is run without curvature: programmed feed and joint velocities alone, and the joint that limits it
-    /// below the feed.
+    /// Feed along the path that is run without curvature: programmed feed and joint velocities alone, and the
+    /// joint that limits it below the feed.
     pub(crate) steady: f64,
     pub(crate) steady_joint: Option<usize>,
     /// Speed along the parameter that feed and joint velocities allow somewhere in the cell.
     pub(crate) highest: f64,
     /// No motion at the feed passes the cell in less than this time, s.
     pub(crate) least_time: f64,
-    /// Programmed speed along the path that is run, infinite for rapid motion, and whether the limits of rapid motion hold.
+    /// Programmed speed along the path that is run, infinite for rapid motion, and whether the limits of
+    /// rapid motion hold.
     pub(crate) feed: f64,
     pub(crate) rapid: bool,
     /// What the feed is about.
@@ -93,7 +95,8 @@ impl Stride {
     }
 }
 
-/// Step of the highest way by the parameter in the first law; half of it may be missing, which is within what the feed may be passed by.
+/// Step of the highest way by the parameter in the first law; half of it may be missing, which is within what
+/// the feed may be passed by.
 const RATE_STEP: f64 = 1e-3;
 /// Part by which the sum of a way may be too long.
 const SUMMED: f64 = 1e-6;
@@ -102,7 +105,8 @@ const SUMMED: f64 = 1e-6;
 pub(crate) fn cell_limits(l: &JointLimits, stride: &Stride, b: &DerivativeBounds) -> CellLimits {
     let Stride { rapid, feed, length, way, rate: [slow, fast], whole } = *stride;
     let velocity = if rapid { &l.rapid } else { &l.velocity };
-    // Rounded, and no faster than where the parameter is the way: a chain of many speeds that hardly differ would shake the joints.
+    // Rounded, and no faster than where the parameter is the way: a chain of many speeds that hardly differ
+    // would shake the joints.
     let fast = ((fast / RATE_STEP - 0.5).ceil() * RATE_STEP).max(1.0);
     let mut speed = (feed / fast).min(UNLIMITED_SPEED);
     let mut highest = (feed / slow.max(f64::MIN_POSITIVE)).min(UNLIMITED_SPEED);

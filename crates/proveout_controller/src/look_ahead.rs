@@ -1,8 +1,8 @@
 //! Look-ahead: the fastest time law over a path whose cells limit speed, acceleration and jerk along the path.
 //!
-//! The path is cut into cells; within a cell the limits V, A and J of the path parameter are constants that were derived
-//! from the joints (see `limits.rs`), so that a law which keeps them keeps every joint limit. What remains is one
-//! dimension:
+//! The path is cut into cells; within a cell the limits V, A and J of the path parameter are constants that
+//! were derived from the joints (see `limits.rs`), so that a law which keeps them keeps every joint limit.
+//! What remains is one dimension:
 //!
 //! ```text
 //!  v |      ______                       V of the cells (stairs)
@@ -20,9 +20,9 @@
 //!    anchor is the end of the cell where a ramp with zero final acceleration gets there. A cell with other rates may
 //!    close the ramp before it begins, if that gives the higher speed after it. Where V falls, the chain falls at once.
 //! 2. *Backward chain*: the same from right to left.
-//! 3. *Join*. Anchors of f with f <= w and anchors of w with w <= f are the nodes of the law. A crossing of f and w lies
-//!    between a node of f and a node of w; the ramps there are replaced by ramp, cruise and ramp. If the ramps do not
-//!    fit, the higher of the two nodes is given up.
+//! 3. *Join*. Anchors of f with f <= w and anchors of w with w <= f are the nodes of the law. A crossing of f
+//!    and w lies between a node of f and a node of w; the ramps there are replaced by ramp, cruise and ramp.
+//!    If the ramps do not fit, the higher of the two nodes is given up.
 //!
 //! f passes from above w to below it only where both are on the same V (f falls only onto V, and w
 //! rises only from V), so nodes shared by both chains split the law into independent parts. There
@@ -163,8 +163,8 @@ pub(crate) struct SpeedPlan {
 }
 
 impl SpeedPlan {
-    /// Plans from speed `v_start` at the start of the first cell to speed `v_end` at the end of the last, both with zero
-    /// acceleration. `borders` has one entry more than `cells`.
+    /// Plans from speed `v_start` at the start of the first cell to speed `v_end` at the end of the last,
+    /// both with zero acceleration. `borders` has one entry more than `cells`.
     pub(crate) fn new(cells: &[SpeedCell], borders: &[f64], [v_start, v_end]: [f64; 2]) -> Self {
         let n = cells.len();
         if n == 0 {

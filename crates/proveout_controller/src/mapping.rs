@@ -40,8 +40,8 @@ impl ActiveKinematics<'_> {
         }
     }
 
-    /// Tip and axis in K of the tool in the spindle as the actual machine brings them: the control plans with the described
-    /// one and knows nothing of its geometric errors.
+    /// Tip and axis in K of the tool in the spindle as the actual machine brings them: the control plans with
+    /// the described one and knows nothing of its geometric errors.
     pub(crate) fn pose(&self, q: &JointValues) -> ToolPose {
         self.machine.actual_forward(q, self.mapping.tool_length)
     }

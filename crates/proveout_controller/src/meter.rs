@@ -13,7 +13,8 @@ const STANDSTILL: f64 = 1e-6;
 /// Part by which the feed must fall, or rise, to be taken for falling or rising.
 const STEADY: f64 = 1e-3;
 
-/// Looks for places of low feed between the ramps of a motion in feed: where the feed falls and rises again without a stop.
+/// Looks for places of low feed between the ramps of a motion in feed: where the feed falls and rises again
+/// without a stop.
 ///
 /// ```text
 ///   feed |   ____      ___

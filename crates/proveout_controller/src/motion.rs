@@ -90,7 +90,8 @@ pub(crate) struct BlockPath {
     pub(crate) apart: bool,
     /// What the program says of the way.
     pub(crate) programmed: Option<Box<ProgrammedMotion>>,
-    /// The position of the rotary axes that the program chose is out of travel, and the other one is taken: what is said of it.
+    /// The position of the rotary axes that the program chose is out of travel, and the other one is taken:
+    /// what is said of it.
     pub(crate) other_position: Option<String>,
 }
 
@@ -156,8 +157,9 @@ impl Context<'_> {
         self.machine.spindle.gauge_pose.vector(&Vector::z()) * self.active_length
     }
 
-    /// The motion with base coordinates, where a turned frame let the program give only some work coordinates: the others are
-    /// those of the machine, seen in the frame. None where the motion has what it needs.
+    /// The motion with base coordinates, where a turned frame let the program give only some work
+    /// coordinates: the others are those of the machine, seen in the frame. None where the motion has what it
+    /// needs.
     pub(crate) fn completed(
         &self,
         motion: &Motion,
@@ -310,8 +312,8 @@ impl Context<'_> {
         Ok(TurnResult { unreachable: None, other_position })
     }
 
-    /// The joint whose angle chooses between two positions of the rotary axes, whether the higher one is wanted, and whether the control
-    /// takes the other one instead.
+    /// The joint whose angle chooses between two positions of the rotary axes, whether the higher one is
+    /// wanted, and whether the control takes the other one instead.
     fn choice(&self, solution: RotarySolution) -> Option<(usize, bool, bool)> {
         let RotarySolution::Angle { higher, reference, or_other } = solution else { return None };
         let named = reference.and_then(|letter| self.machine.joint_for_letter(letter));

@@ -36,14 +36,16 @@ pub struct Piece {
     pub deviation: f64,
     /// The same of any point of the cutting edges, mm: no more than [`Self::deviation`].
     pub edge_deviation: f64,
-    /// Bound of the deviation of each joint from the straight motion between the positions at both ends, mm and radian: at every moment
-    /// the joints are so near to one and the same place of it. A joint that turns back within the piece is held by it, too.
+    /// Bound of the deviation of each joint from the straight motion between the positions at both ends, mm
+    /// and radian: at every moment the joints are so near to one and the same place of it. A joint that turns
+    /// back within the piece is held by it, too.
     pub joint_deviation: JointValues,
     /// Places of the joints within the piece; none where they go straight, or turn a corner in it.
     pub finer: Option<FinerMotion>,
 }
 
-/// Where the joints are at the quarters of a piece, and how far they leave the straight ways between these: a sixteenth of what they leave the piece by.
+/// Where the joints are at the quarters of a piece, and how far they leave the straight ways between these: a
+/// sixteenth of what they leave the piece by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FinerMotion {
     /// At one, two and three quarters of the straight way of the piece: offset of the joints from
@@ -54,7 +56,8 @@ pub struct FinerMotion {
 }
 
 impl FinerMotion {
-    /// Joint positions at the quarters of a piece with these ends, and the bound of the deviation from the ways between.
+    /// Joint positions at the quarters of a piece with these ends, and the bound of the deviation from the
+    /// ways between.
     pub fn places(&self, [from, to]: &[JointValues; 2]) -> ([JointValues; 3], JointValues) {
         let of = |k: usize| {
             let mut q = from.interpolated(*to, 0.25 * (k + 1) as f64);
@@ -90,7 +93,8 @@ pub struct Sample {
     pub pose: ToolPose,
     /// Programmed feed, mm/s; zero in rapid motion and at standstill.
     pub feed_programmed: f64,
-    /// Feed along the planned path in fact, with its corners rounded, mm/s (blocks of rotary motion alone: degrees a second).
+    /// Feed along the planned path in fact, with its corners rounded, mm/s (blocks of rotary motion alone:
+    /// degrees a second).
     pub feed: f64,
     /// Purpose.
     pub kind: MoveKind,
@@ -98,7 +102,8 @@ pub struct Sample {
     pub drive: Option<DriveSample>,
 }
 
-/// The drives at one cycle of the control. Of the joints of a platform, whose drives move legs: what the legs together do to the joint.
+/// The drives at one cycle of the control. Of the joints of a platform, whose drives move legs: what the legs
+/// together do to the joint.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveSample {
     /// Actual velocity of the load, mm/s and radian/s.
@@ -118,8 +123,8 @@ pub enum LimitKind {
     Travel,
     /// The spindle turns faster than spindle or tool allow; the value is in 1/min.
     SpindleSpeed,
-    /// The control asks the drive for more force (N) or torque (N mm) than it has; it gives its most, and the joint leaves
-    /// its set point.
+    /// The control asks the drive for more force (N) or torque (N mm) than it has; it gives its most, and the
+    /// joint leaves its set point.
     DriveForce,
     /// The set points ask a joint for more velocity than it has, by more than 0.1 percent.
     Velocity,
@@ -226,7 +231,8 @@ pub enum Event {
         /// Why, with value and limit.
         reason: String,
     },
-    /// A limit is passed; the motion is executed as programmed (where a drive lacks force, as far as it can follow). One event a block and joint, with the worst value.
+    /// A limit is passed; the motion is executed as programmed (where a drive lacks force, as far as it can
+    /// follow). One event a block and joint, with the worst value.
     Limit {
         /// Time of the worst value, s.
         time: f64,
@@ -357,7 +363,8 @@ pub struct BlockRecord {
     pub start_time: f64,
     /// End, s.
     pub end_time: f64,
-    /// Length of the path that is run, mm (rotary motion alone: degrees): shorter than the programmed one where corners are rounded.
+    /// Length of the path that is run, mm (rotary motion alone: degrees): shorter than the programmed one
+    /// where corners are rounded.
     pub length: f64,
     /// Length of the programmed path, in the same unit.
     pub programmed_length: f64,
@@ -365,7 +372,8 @@ pub struct BlockRecord {
     pub feed: f64,
     /// The path runs in proportion to the angle of the spindle (rigid tapping, thread cutting).
     pub coupled: bool,
-    /// Where the programmed path ends, without rounding of corners: joints, and the tool in the table frame; none without motion.
+    /// Where the programmed path ends, without rounding of corners: joints, and the tool in the table frame;
+    /// none without motion.
     pub programmed_end: Option<(JointValues, ToolPose)>,
     /// What it does.
     pub kind: BlockKind,

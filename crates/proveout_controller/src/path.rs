@@ -9,9 +9,9 @@
 //!                 s - d   s    s + d                  the border s lies in the middle of the blend
 //! ```
 //!
-//! *Lines in feed.* All corners of a run of lines are rounded together (`fit.rs`, `curve.rs`): the rounded path is the exact one
-//! plus a sum over its kinks, with half widths that may reach over many short blocks; it passes through the points of a curve
-//! (`points.rs`).
+//! *Lines in feed.* All corners of a run of lines are rounded together (`fit.rs`, `curve.rs`): the rounded
+//! path is the exact one plus a sum over its kinks, with half widths that may reach over many short blocks;
+//! it passes through the points of a curve (`points.rs`).
 //!
 //! *Reversals* are exact stops (`reversal.rs`). The feed, lengths and ratios are about the rounded path (`way.rs`).
 //!
@@ -58,9 +58,9 @@ use crate::{
     shape::{BlockShape, Quintic},
 };
 
-/// Blocks that pass in less than this time (s) are the approximation of a curve where the tolerance allows to see them so: controls
-/// look at them together. Chosen: kinks that come more often than ten times a second shake the machine; longer blocks keep their
-/// corners as narrow as the joints allow.
+/// Blocks that pass in less than this time (s) are the approximation of a curve where the tolerance allows to
+/// see them so: controls look at them together. Chosen: kinks that come more often than ten times a second
+/// shake the machine; longer blocks keep their corners as narrow as the joints allow.
 const SHORT: f64 = 0.1;
 /// Part of the tolerance by which a short curved block may leave its chord to be taken for a line.
 const OFF_CHORD: f64 = 0.5;
@@ -136,8 +136,8 @@ impl PathBlock {
         self.chord.as_ref().unwrap_or(&self.shape)
     }
 
-    /// Replaces a short block that hardly leaves its chord (a great circle of the tool axis, mostly) by it, so that it is fitted with
-    /// its neighbors; the tolerance gives what this takes.
+    /// Replaces a short block that hardly leaves its chord (a great circle of the tool axis, mostly) by it,
+    /// so that it is fitted with its neighbors; the tolerance gives what this takes.
     ///
     /// Returns how far it leaves the tip's exact path, mm.
     fn straighten(&mut self, machine: &Machine) -> f64 {
@@ -359,7 +359,8 @@ impl RunPath {
         sum
     }
 
-    /// Whether s lies in the corner between a motion in feed and another kind; the cursor `hint` is that of [`Self::rounded`].
+    /// Whether s lies in the corner between a motion in feed and another kind; the cursor `hint` is that of
+    /// [`Self::rounded`].
     pub(crate) fn changes_kind(&self, s: f64, hint: &mut usize) -> bool {
         let span = &self.spans[self.span_at(s, hint)];
         // The block before the corner may be done and gone while the corner is still run.

@@ -1,5 +1,5 @@
-//! Cuts a motion into pieces whose tip runs straight and whose axis runs on a great circle, within a tolerance at the cutting edges and a
-//! wider one at the rest of the tool.
+//! Cuts a motion into pieces whose tip runs straight and whose axis runs on a great circle, within a
+//! tolerance at the cutting edges and a wider one at the rest of the tool.
 //!
 //! ```text
 //!        gauge line o----------.          an axis that is off by e moves a point by its way from the tip times e:

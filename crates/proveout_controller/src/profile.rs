@@ -111,9 +111,9 @@ impl Law {
         }
     }
 
-    /// Appends ramp, cruise and ramp over `[s0, s1]`: from speed `v0` to `peak` and down to `v1`, with zero acceleration
-    /// at both ends. `peak` is that of [`crate::jerk_ramp::peak_speed`]. A pair of ramps that is longer than the path (by
-    /// rounding) is compressed in time so that it ends exactly at `s1`.
+    /// Appends ramp, cruise and ramp over `[s0, s1]`: from speed `v0` to `peak` and down to `v1`, with zero
+    /// acceleration at both ends. `peak` is that of [`crate::jerk_ramp::peak_speed`]. A pair of ramps that is
+    /// longer than the path (by rounding) is compressed in time so that it ends exactly at `s1`.
     pub(crate) fn push_move(&mut self, [s0, s1]: [f64; 2], [v0, peak, v1]: [f64; 3], up: Rates, down: Rates) {
         let distance = s1 - s0;
         let (d_up, d_down) = (ramp_distance(v0, peak, up), ramp_distance(v1, peak, down));

@@ -1,8 +1,9 @@
 //! Runs of a program: straight motions in feed under tool center point control without a rapid, a tool change or a stop
 //! between them, with the pose at the end of each block.
 //!
-//! A program that never switches tool center point control on gives positions of the axes. Its runs are found where the length of the tool
-//! is known: the pose is that of the machine at these positions, the length along the tool.
+//! A program that never switches tool center point control on gives positions of the axes. Its runs are found
+//! where the length of the tool is known: the pose is that of the machine at these positions, the length
+//! along the tool.
 
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointValues, Machine};
@@ -127,8 +128,8 @@ pub(crate) struct RunBlocks {
 /// Gauge length of a tool, mm; none where the library does not have it.
 pub(crate) type ToolLengths<'a> = dyn Fn(&ToolName) -> Option<f64> + 'a;
 
-/// The runs of a program, with what leads to them; runs without a block among them. With lengths of tools, those of a program
-/// without tool center point control as well.
+/// The runs of a program, with what leads to them; runs without a block among them. With lengths of tools,
+/// those of a program without tool center point control as well.
 pub(crate) fn find_runs(
     machine: &Machine,
     commands: &[Command],
@@ -252,7 +253,8 @@ fn find_joint_runs(
     Ok(runs)
 }
 
-/// Tool length as base coordinates without tool center point control leave it out, mm: along the tool with all joints at zero.
+/// Tool length as base coordinates without tool center point control leave it out, mm: along the tool with
+/// all joints at zero.
 pub(crate) fn length_at_zero(machine: &Machine, length: f64) -> Vector {
     machine.spindle.gauge_pose.vector(&Vector::z()) * length
 }

@@ -66,7 +66,8 @@ pub struct ReprogrammedRun {
     pub before: Vec<ToolPose>,
     /// Poses after, in the table frame K.
     pub after: Vec<ToolPose>,
-    /// The blocks, by their place in the lists above, that cut: without lead-in and lead-out. What programs are compared on.
+    /// The blocks, by their place in the lists above, that cut: without lead-in and lead-out. What programs
+    /// are compared on.
     pub stretch: Range<usize>,
     /// What the method shows of its work.
     pub study: Study,
@@ -95,8 +96,8 @@ pub struct Reprogramming<'a> {
     pub times: Option<&'a BlockTimes<'a>>,
 }
 
-/// Times of the blocks in feed that a control takes for commands, s: one list for each sequence of blocks without a rapid or a tool change between
-/// them; none where it refuses the program.
+/// Times of the blocks in feed that a control takes for commands, s: one list for each sequence of blocks
+/// without a rapid or a tool change between them; none where it refuses the program.
 pub type BlockTimes<'a> = dyn Fn(Vec<Command>) -> Option<Vec<Vec<f64>>> + 'a;
 
 /// Regions of tools, as far as they were asked for.
@@ -163,8 +164,8 @@ impl Reprogramming<'_> {
     /// The program with new tool axes in every run.
     ///
     /// # Errors
-    /// The program has no run, the method refuses one, or a new axis is out of the machine's range; with the first block
-    /// concerned.
+    /// The program has no run, the method refuses one, or a new axis is out of the machine's range; with the
+    /// first block concerned.
     pub fn apply(&self, commands: Vec<Command>) -> Result<Reprogrammed, Box<ControlError>> {
         let delta = |c: &&Command| matches!(c.op, Op::Offset(Offset::ToolDelta { length, .. }) if length != 0.0);
         if let Some(delta) = commands.iter().find(delta) {
@@ -209,7 +210,8 @@ impl Reprogramming<'_> {
         regions.get(at)?.1.as_deref()
     }
 
-    /// Table axis in the frame of the table: of the rotary joint that carries the workpiece; across it sections are cut.
+    /// Table axis in the frame of the table: of the rotary joint that carries the workpiece; across it
+    /// sections are cut.
     fn table_axis(&self) -> Vector {
         let carrying = |&&j: &&usize| self.machine.joints[j].carries == proveout_machine::Carries::Workpiece;
         let rotary = self.machine.rotary_joints();
@@ -270,7 +272,8 @@ impl Reprogramming<'_> {
         Ok(())
     }
 
-    /// Puts new poses of a run into its commands, with what leads to it and away from it: positions of the joints at its blocks.
+    /// Puts new poses of a run into its commands, with what leads to it and away from it: positions of the
+    /// joints at its blocks.
     fn rewritten(
         &self,
         commands: &mut [Command],
@@ -313,7 +316,8 @@ impl Reprogramming<'_> {
         Ok(joints)
     }
 
-    /// Between two blocks a joint with end stops may have to turn back by a whole turn to go on: in a cut that is out of range.
+    /// Between two blocks a joint with end stops may have to turn back by a whole turn to go on: in a cut
+    /// that is out of range.
     fn refuse_rewind(&self, location: &Location, last: &JointValues, q: &JointValues) -> Result<(), Box<ControlError>> {
         for &j in self.machine.rotary_joints() {
             let joint = &self.machine.joints[j];
@@ -407,8 +411,8 @@ impl Reprogramming<'_> {
 }
 
 impl Reprogramming<'_> {
-    /// Rotary joints with the slides that bring the tip of a tool to a pose. A slide moves the tip along a straight line, so that three
-    /// linear equations are solved.
+    /// Rotary joints with the slides that bring the tip of a tool to a pose. A slide moves the tip along a
+    /// straight line, so that three linear equations are solved.
     fn with_slides(&self, rotary: &JointValues, pose: &ToolPose, length: f64) -> Option<JointValues> {
         let mut joints = [0; 3];
         let mut q = *rotary;

@@ -1,8 +1,9 @@
 //! Runs a first law faster where the joints allow it.
 //!
-//! The chains of `look_ahead.rs` know constants V, A and J a cell and have no acceleration at their anchors: a law that keeps all limits
-//! and wastes time at corners and in curves. Its own time p is a parameter in which the joints q(p) have finite derivatives even
-//! at rests. The law is run with a *tempo* dp/dt = sqrt(b(p)) (`tempo.rs`); the chain rule gives
+//! The chains of `look_ahead.rs` know constants V, A and J a cell and have no acceleration at their anchors:
+//! a law that keeps all limits and wastes time at corners and in curves. Its own time p is a parameter in
+//! which the joints q(p) have finite derivatives even at rests. The law is run with a *tempo* dp/dt =
+//! sqrt(b(p)) (`tempo.rs`); the chain rule gives
 //!
 //! ```text
 //!   q. = q' sqrt(b)      q.. = q' b'/2 + q'' b      q... = sqrt(b) (q' b''/2 + 3/2 q'' b' + q''' b)      T = integral dp / sqrt(b)
@@ -18,19 +19,22 @@
 //!      region 1   held     region 2
 //! ```
 //!
-//! 1. *Regions* (`grid.rs`): all but the stretches that run at their highest speed for longer than a few intervals. They do not act
-//!    on each other. A program that runs at its feed costs nothing here.
-//! 2. *Grid*: knots at borders of phases and cells and between them, closer where the speed is low; limits at two to five points an
-//!    interval, on both sides of every jump.
-//! 3. *Solution* (`problem.rs`, `stages.rs`, `solver.rs`): an interior point method, chunk by chunk with an overlap. Where a row passes
-//!    its limit between two points, a point is put there and the search goes on, at the end around that place alone.
-//! 4. *Samples* (`watch.rs`): the law is measured at the control samples. Where one passes a limit, or a difference of set points does,
-//!    that place gets a point of its own, or rows around it are tightened where they do not see the excess, and the surroundings are
-//!    solved again; after some rounds the tempo is lowered there (`lower_tempo_at`).
-//! 5. *What rounds leave* (`settle`) is taken away by plateaus of some percent, and where more is left the first law is kept for some
-//!    hundredths of a second. A tempo that would come near to rest is refused (`Tempo::is_sound`).
-//! 6. *Last resort* (`stretch.rs`): from rest to rest the law runs slower as a whole; in motion the machine comes to rest by the reserve
-//!    of the stretch before.
+//! 1. *Regions* (`grid.rs`): all but the stretches that run at their highest speed for longer than a few
+//!    intervals. They do not act on each other. A program that runs at its feed costs nothing here.
+//! 2. *Grid*: knots at borders of phases and cells and between them, closer where the speed is low; limits at
+//!    two to five points an interval, on both sides of every jump.
+//! 3. *Solution* (`problem.rs`, `stages.rs`, `solver.rs`): an interior point method, chunk by chunk with an
+//!    overlap. Where a row passes its limit between two points, a point is put there and the search goes on,
+//!    at the end around that place alone.
+//! 4. *Samples* (`watch.rs`): the law is measured at the control samples. Where one passes a limit, or a
+//!    difference of set points does, that place gets a point of its own, or rows around it are tightened
+//!    where they do not see the excess, and the surroundings are solved again; after some rounds the tempo is
+//!    lowered there (`lower_tempo_at`).
+//! 5. *What rounds leave* (`settle`) is taken away by plateaus of some percent, and where more is left the
+//!    first law is kept for some hundredths of a second. A tempo that would come near to rest is refused
+//!    (`Tempo::is_sound`).
+//! 6. *Last resort* (`stretch.rs`): from rest to rest the law runs slower as a whole; in motion the machine
+//!    comes to rest by the reserve of the stretch before.
 //!
 //! *Windows.* A part of a run is committed up to a node half a second before the last known one.
 //! The next part begins with the tempo and its slope there; the tempo found for the rest is kept,
@@ -90,10 +94,12 @@ impl LawEntry {
     }
 }
 
-/// Excess of b up to which a region is slowed down on plateaus, how often, the half length of a plateau and of its ramps, s.
+/// Excess of b up to which a region is slowed down on plateaus, how often, the half length of a plateau and
+/// of its ramps, s.
 const LEVELED: f64 = 0.05;
 const LEVELS: usize = 6;
-/// Time of the first law to either side of a sample that could not be brought below its limit over which the first law is kept, s.
+/// Time of the first law to either side of a sample that could not be brought below its limit over which the
+/// first law is kept, s.
 const AS_IT_WAS: f64 = 0.03;
 
 /// What is to be run faster: a first law over the first `cells` cells of a path. `rest` says
@@ -154,8 +160,8 @@ impl<'a> Rounds<'a> {
         }
     }
 
-    /// Settles what rounds of [`Self::slow_down`] could not mend: regions that pass limits by little run slower on plateaus, and
-    /// the law is left as it was around other places.
+    /// Settles what rounds of [`Self::slow_down`] could not mend: regions that pass limits by little run
+    /// slower on plateaus, and the law is left as it was around other places.
     pub(crate) fn settle(&mut self, spots: &[LimitExcess]) -> RepairOutcome {
         let mut settled = RepairOutcome::Nothing;
         let mut times: Vec<f64> = Vec::new();

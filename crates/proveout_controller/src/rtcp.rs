@@ -4,8 +4,8 @@
 //! are replaced by the coordinates of the tip in the table frame K. The control runs straight lines, arcs and corner
 //! blends in task coordinates; without tool center point control they are the joints themselves.
 //!
-//! The way back closes the loop of the machine: with the tip p in K, rotary joints given, and the tool end at (0, 0, -L)
-//! in the spindle frame S,
+//! The way back closes the loop of the machine: with the tip p in K, rotary joints given, and the tool end at
+//! (0, 0, -L) in the spindle frame S,
 //!
 //! ```text
 //!    M_from_K(q) p = M_from_S(q) (0, 0, -L)
@@ -88,7 +88,8 @@ impl Rig {
         (volume.abs() > IN_A_PLANE).then_some(rig)
     }
 
-    /// Directions of the followed linear joints, the tool's less the workpiece's, if no rotary joint carries any of them.
+    /// Directions of the followed linear joints, the tool's less the workpiece's, if no rotary joint carries
+    /// any of them.
     fn fixed_directions(&self) -> Option<Matrix3<f64>> {
         let mut columns = [Vector::zeros(); 3];
         for (chain, sign) in [(&self.tool, 1.0), (&self.work, -1.0)] {
@@ -198,8 +199,8 @@ impl Rig {
         (p, d)
     }
 
-    /// How far the followed linear joints may be off where the tip is off by `tip` and each rotary joint by `angle`; none where rotary
-    /// joints turn the directions of linear ones.
+    /// How far the followed linear joints may be off where the tip is off by `tip` and each rotary joint by
+    /// `angle`; none where rotary joints turn the directions of linear ones.
     ///
     /// Both chains carry a point link by link. Two points that lie apart by x before a rotary link,
     /// with angles that differ by `angle`, lie apart by no more than `x + angle (r + x)` after it,

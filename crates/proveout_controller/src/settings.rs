@@ -24,13 +24,14 @@ pub struct Settings {
     /// Rounding of the orientation where the program states none, radian; none: as the machine's control, else
     /// [`Self::orientation_tolerance`].
     pub default_orientation_tolerance: Option<f64>,
-    /// Cone about a pole of the rotary axes inside of which the tool axis may leave its great circle, radian; none: as the
-    /// machine's control.
+    /// Cone about a pole of the rotary axes inside of which the tool axis may leave its great circle, radian;
+    /// none: as the machine's control.
     pub pole_cone: Option<f64>,
     /// Allowed deviation of a [`crate::Piece`] at the cutting edges, mm.
     pub piece_tolerance: f64,
-    /// The same for the rest of the tool up to the gauge line, mm: what it is checked against are distances, to which the deviation of each
-    /// piece is added; and what turns by an angle moves there by many times of what the edges do.
+    /// The same for the rest of the tool up to the gauge line, mm: what it is checked against are distances,
+    /// to which the deviation of each piece is added; and what turns by an angle moves there by many times of
+    /// what the edges do.
     pub piece_body_tolerance: f64,
     /// Longest [`crate::Piece`], mm.
     pub piece_length: f64,
@@ -48,7 +49,8 @@ pub struct Settings {
     /// SUPA); false where the control leaves it out of them (TNC: M91, M92). ISO controls leave it
     /// out as well, and their reader says so block by block.
     pub length_in_machine_coordinates: bool,
-    /// Number of the tool in the spindle before the first block, as the operator has left it there; none: the spindle is empty.
+    /// Number of the tool in the spindle before the first block, as the operator has left it there; none: the
+    /// spindle is empty.
     pub start_tool: Option<u32>,
     /// An event reports a block that joint limits keep below this part of its programmed feed.
     pub feed_reduced_below: f64,

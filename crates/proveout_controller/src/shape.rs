@@ -33,7 +33,8 @@ pub(crate) struct DogLeg {
     pub(crate) from: JointValues,
     /// Joint, direction and law of its distance for each joint that moves.
     pub(crate) joints: Vec<(usize, f64, Law)>,
-    /// Joints whose motion counts as way, with their factor: the linear ones, or degrees of the rotary ones where no other moves.
+    /// Joints whose motion counts as way, with their factor: the linear ones, or degrees of the rotary ones
+    /// where no other moves.
     pub(crate) counted: Vec<(usize, f64)>,
 }
 
@@ -100,7 +101,8 @@ impl BlockShape {
         }
     }
 
-    /// The line between the ends of a spline of this length, and how far the spline leaves it at equal parameter, at most.
+    /// The line between the ends of a spline of this length, and how far the spline leaves it at equal
+    /// parameter, at most.
     pub(crate) fn chord(&self, length: f64) -> Option<(Self, JointValues)> {
         let Self::Spline(pieces) = self else { return None };
         let (first, last) = (pieces.first()?, pieces.last()?);
@@ -117,8 +119,8 @@ impl BlockShape {
         Some((Self::Line { from, slope }, off))
     }
 
-    /// Knots of a spline between two places and the middles between them: what is narrow in it shows there. None of other shapes,
-    /// which are the program's own.
+    /// Knots of a spline between two places and the middles between them: what is narrow in it shows there.
+    /// None of other shapes, which are the program's own.
     pub(crate) fn knots(&self, u0: f64, u1: f64) -> impl Iterator<Item = f64> {
         let pieces: &[Quintic] = if let Self::Spline(pieces) = self { pieces } else { &[] };
         let places = pieces.iter().flat_map(|p| [p.u0, 0.5 * (p.u0 + p.u1)]);
@@ -132,7 +134,8 @@ impl BlockShape {
 }
 
 impl DogLeg {
-    /// Way between two times: chords of a thousandth of the motion, which are short of it by 1e-7 of the way where all joints speed up.
+    /// Way between two times: chords of a thousandth of the motion, which are short of it by 1e-7 of the way
+    /// where all joints speed up.
     fn way(&self, [from, to]: [f64; 2]) -> f64 {
         const CHORDS: f64 = 1000.0;
         let longest = self.joints.iter().map(|(_, _, law)| law.duration).fold(0.0, f64::max);

@@ -9,9 +9,10 @@
 //!   e_j >= | q_j(s) - (a_j + l(s) (b_j - a_j)) |      for every s of the piece, one l in 0..1 for all joints
 //! ```
 //!
-//! Then the bodies are, at every s, no nearer than at l less the sum of what each `e_j` moves them. Any l will do; the foot of the point on
-//! the chord is taken, radians counted at a length. The ways of the joints are smooth between the places of a path, so that the
-//! deviation is looked for at the quarters, as that of the tool is (`pieces.rs`), and at the places within.
+//! Then the bodies are, at every s, no nearer than at l less the sum of what each `e_j` moves them. Any l
+//! will do; the foot of the point on the chord is taken, radians counted at a length. The ways of the joints
+//! are smooth between the places of a path, so that the deviation is looked for at the quarters, as that of
+//! the tool is (`pieces.rs`), and at the places within.
 
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
@@ -19,18 +20,20 @@ use crate::output::FinerMotion;
 
 /// Length at which a radian counts as a way, mm: about the reach of a table or head.
 const RADIAN_MM: f64 = 200.0;
-/// Surcharge on a deviation measured at the quarters. A cubic error passes them by 3 percent; joints at a corner that is rounded within the
-/// piece bend more at one end. Chosen, not derived.
+/// Surcharge on a deviation measured at the quarters. A cubic error passes them by 3 percent; joints at a
+/// corner that is rounded within the piece bend more at one end. Chosen, not derived.
 const BETWEEN: f64 = 1.2;
 /// What a deviation is told larger for the rounding of places in single precision: a part of it, and mm or radian.
 const SINGLE: [f64; 2] = [1e-5, 1e-10];
 
-/// Of what the joints leave a piece by, so much may be a bend at one end of it that the middles of its quarters do not show.
+/// Of what the joints leave a piece by, so much may be a bend at one end of it that the middles of its
+/// quarters do not show.
 const AT_ONE_END: f64 = 1.0 / 32.0;
 /// A straighter motion than this needs no places within, mm; radians count at [`RADIAN_MM`].
 const STRAIGHT_MM: f64 = 2e-4;
 
-/// The places of a piece at its quarters, where its joints leave the straight way; `at` gives the joints at a part of it.
+/// The places of a piece at its quarters, where its joints leave the straight way; `at` gives the joints at a
+/// part of it.
 pub(crate) fn finer(
     machine: &Machine,
     [from, to]: [&JointValues; 2],

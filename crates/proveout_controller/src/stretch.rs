@@ -11,12 +11,12 @@ use crate::{
     watch::{Over, REACH, over_limits},
 };
 
-/// Part by which a sample may pass a limit before rows are tightened, and after several rounds of that; the promise is 0.1
-/// percent.
+/// Part by which a sample may pass a limit before rows are tightened, and after several rounds of that; the
+/// promise is 0.1 percent.
 const ALLOWED: f64 = 1.0005;
 const PROMISED: f64 = 1.0009;
-/// Rounds in which the rows of the tempo are tightened, before the first law is kept where limits are still passed; four are
-/// usual.
+/// Rounds in which the rows of the tempo are tightened, before the first law is kept where limits are still
+/// passed; four are usual.
 const TIGHTENINGS: i32 = 12;
 /// Rounds in which rows are tightened and solved again; later ones lower the tempo around what little is left.
 const SOLVED_AGAIN: i32 = 6;
@@ -33,11 +33,11 @@ const UNKNOWN: usize = 8;
 /// Trials to run a law slower as a whole, and the least change of a trial.
 const SLOWER: usize = 200;
 const SLOWER_BY: f64 = 1.001;
-/// Most samples of a law: all of them are measured and held together, a kilobyte each. Slow joints at a short control cycle come here, whose
-/// motion takes far longer than their way at full speed.
+/// Most samples of a law: all of them are measured and held together, a kilobyte each. Slow joints at a short
+/// control cycle come here, whose motion takes far longer than their way at full speed.
 pub(crate) const MOST_SAMPLES: f64 = 2e6;
-/// Time before the last node up to which a part of a run is committed, s: several times what the slowest joints need for
-/// a change of their acceleration.
+/// Time before the last node up to which a part of a run is committed, s: several times what the slowest
+/// joints need for a change of their acceleration.
 const AHEAD: f64 = 0.5;
 /// Step of time by which the tempo of a law is measured, s.
 const TEMPO_STEP_S: f64 = 1e-3;
@@ -49,7 +49,8 @@ const ROOM_SAMPLES: f64 = 1e6;
 pub(crate) struct PlanSample {
     pub(crate) time: f64,
     pub(crate) state: PathState,
-    /// Way by the path parameter on the path that is run: of the tip (or of the linear joints), and of the rotary joints.
+    /// Way by the path parameter on the path that is run: of the tip (or of the linear joints), and of the
+    /// rotary joints.
     pub(crate) rate: [f64; 2],
     /// Feed on the path that is run over the programmed one; zero in rapid motion.
     pub(crate) feed_use: f64,
@@ -98,7 +99,8 @@ pub(crate) enum Outcome {
     NotYet,
     /// The motion takes this time, s, and more than [`MOST_SAMPLES`]; path parameter of what takes most of it.
     TooLong(f64, f64),
-    /// No tempo was found that keeps the limits from a begin in motion on, or none from which the machine comes to rest.
+    /// No tempo was found that keeps the limits from a begin in motion on, or none from which the machine
+    /// comes to rest.
     Failed,
 }
 
@@ -110,8 +112,8 @@ pub(crate) struct Clock {
     pub(crate) before: [JointValues; REACH],
 }
 
-/// Part of a cycle within which a time is one of the grid: motions of round numbers end on the grid but for rounding, and the sample
-/// there must be neither lost nor taken twice.
+/// Part of a cycle within which a time is one of the grid: motions of round numbers end on the grid but for
+/// rounding, and the sample there must be neither lost nor taken twice.
 const ON_GRID: f64 = 1e-6;
 
 /// Number of the first time of the grid that is not before `time`.
@@ -315,8 +317,9 @@ fn spots(path: &RunPath, frame: &PathContext<'_>, clock: Clock, law: &Law, over:
         .collect()
 }
 
-/// Runs a law from rest to rest slower as a whole, where samples pass limits that nothing else has brought down: speed falls with
-/// the factor, acceleration with its square, jerk with its cube, so that this ends below every limit above zero.
+/// Runs a law from rest to rest slower as a whole, where samples pass limits that nothing else has brought
+/// down: speed falls with the factor, acceleration with its square, jerk with its cube, so that this ends
+/// below every limit above zero.
 fn slow_throughout(
     path: &RunPath,
     frame: &PathContext<'_>,

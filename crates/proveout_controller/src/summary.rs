@@ -25,8 +25,8 @@ pub struct JointSummary {
     pub drive: Option<DriveUse>,
 }
 
-/// What a drive did over the run. Of the joints of a platform: what its legs together did to the joint; the part of the limit is that of
-/// the most loaded leg, for both joints.
+/// What a drive did over the run. Of the joints of a platform: what its legs together did to the joint; the
+/// part of the limit is that of the most loaded leg, for both joints.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DriveUse {
     /// Largest distance of the load from the set point at a control sample, mm or radian.
@@ -98,8 +98,9 @@ pub struct Summary {
     /// whatever control makes it: at the same feeds, velocities and accelerations of the joints,
     /// stopping where the program stops; standstill included.
     pub lower_bound_s: Option<f64>,
-    /// No motion along the path that is run (with these roundings of its corners) takes less, s: under the same feeds, velocities
-    /// and accelerations; standstill included. Another rounding within the tolerance may be faster.
+    /// No motion along the path that is run (with these roundings of its corners) takes less, s: under the
+    /// same feeds, velocities and accelerations; standstill included. Another rounding within the tolerance
+    /// may be faster.
     pub path_bound_s: Option<f64>,
     /// Joints in machine order.
     pub joints: Vec<JointSummary>,
@@ -111,23 +112,25 @@ pub struct Summary {
     pub length_mm: f64,
     /// Largest deviation of a piece from the motion that it represents, mm.
     pub max_chord_error_mm: f64,
-    /// Largest distance of the tip (without tool center point control, of the linear joints together) from the programmed way,
-    /// mm: measured against the words of the program, at the ends and middles of all pieces, and no less than the bound of the
-    /// rounding; with drives, plus their part in feed.
+    /// Largest distance of the tip (without tool center point control, of the linear joints together) from
+    /// the programmed way, mm: measured against the words of the program, at the ends and middles of all
+    /// pieces, and no less than the bound of the rounding; with drives, plus their part in feed.
     pub max_contour_error_mm: f64,
-    /// Largest angle between the tool axis and the programmed one at the same share of the block's way, radian: measured in the
-    /// same places; with drives, plus their part in feed.
+    /// Largest angle between the tool axis and the programmed one at the same share of the block's way,
+    /// radian: measured in the same places; with drives, plus their part in feed.
     pub max_axis_error: f64,
-    /// Largest distance of the actual tip from the planned path, at the control samples in feed, mm; none without drives. Part of
-    /// `max_contour_error_mm`, which bounds the distance from the programmed path by the sum.
+    /// Largest distance of the actual tip from the planned path, at the control samples in feed, mm; none
+    /// without drives. Part of `max_contour_error_mm`, which bounds the distance from the programmed path by
+    /// the sum.
     pub max_servo_contour_error_mm: Option<f64>,
     /// Trust in the drives' forces; none where drives are not simulated.
     pub loads: Option<LoadTrust>,
     /// Largest rounding of a corner in the plan, whatever the dynamics, mm.
     pub planned_contour_error_mm: f64,
-    /// Lowest part of the programmed feed on the path that is run: that to which it falls between the ramps from and to standstills and
-    /// rapid motions, at the control samples; the highest one of a motion in feed between them that does not reach its feed; and the most
-    /// that the velocities of the joints allow in a feed block.
+    /// Lowest part of the programmed feed on the path that is run: that to which it falls between the ramps
+    /// from and to standstills and rapid motions, at the control samples; the highest one of a motion in feed
+    /// between them that does not reach its feed; and the most that the velocities of the joints allow in a
+    /// feed block.
     pub min_feed_ratio: Option<f64>,
     /// Final position of the joints.
     pub end_position: JointValues,

@@ -1,15 +1,16 @@
 //! A stretch of a law that is run faster or slower than it was planned.
 //!
-//! A *first law* gives the path s = S(p) in its own time p. Run with a tempo dp/dt = sqrt(b), where b is a cubic in p over a
-//! stretch, all derivatives of p by the time t of the run follow from b alone:
+//! A *first law* gives the path s = S(p) in its own time p. Run with a tempo dp/dt = sqrt(b), where b is a
+//! cubic in p over a stretch, all derivatives of p by the time t of the run follow from b alone:
 //!
 //! ```text
 //!   p. = sqrt(b)        p.. = b'/2        p... = sqrt(b) b''/2        t = integral of dp / sqrt(b)
 //! ```
 //!
-//! The integral has no closed form; Gauss' rule with eight points gives it to rounding, since b changes by less than its own
-//! size within a stretch (1/sqrt(b) is analytic up to the zero of b, and the error falls with the sixteenth power of the
-//! distance to it). The way back, p(t), is found by Newton's method on the same sum.
+//! The integral has no closed form; Gauss' rule with eight points gives it to rounding, since b changes by
+//! less than its own size within a stretch (1/sqrt(b) is analytic up to the zero of b, and the error falls
+//! with the sixteenth power of the distance to it). The way back, p(t), is found by Newton's method on the
+//! same sum.
 
 /// A stretch of one cubic.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,8 +27,8 @@ pub(crate) struct Tempo {
     pub(crate) duration: f64,
 }
 
-/// Points and weights of Gauss' rule with eight points over -1..=1, the negative half by symmetry (Abramowitz and Stegun
-/// 1964, table 25.4).
+/// Points and weights of Gauss' rule with eight points over -1..=1, the negative half by symmetry (Abramowitz
+/// and Stegun 1964, table 25.4).
 pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.183_434_642_495_649_8, 0.362_683_783_378_362),
     (0.525_532_409_916_329, 0.313_706_645_877_887_27),
@@ -35,8 +36,8 @@ pub(crate) const GAUSS: [(f64, f64); 4] = [
     (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
 ];
 
-/// How many times slower than its first law a stretch may run. A tempo is there to run faster; where limits were passed by a few
-/// percent it falls a little below one, and never near this.
+/// How many times slower than its first law a stretch may run. A tempo is there to run faster; where limits
+/// were passed by a few percent it falls a little below one, and never near this.
 const SLOWEST: f64 = 4.0;
 
 /// Last step of Newton's method as part of the length: its square is rounding.
@@ -57,8 +58,8 @@ impl Tempo {
         Self { begin, length, square: EVEN, time, duration: length }
     }
 
-    /// Whether the square of the tempo is above zero throughout, by its Bernstein coefficients, and the run takes no more than
-    /// [`SLOWEST`] times as long as the first law.
+    /// Whether the square of the tempo is above zero throughout, by its Bernstein coefficients, and the run
+    /// takes no more than [`SLOWEST`] times as long as the first law.
     pub(crate) fn is_sound(&self) -> bool {
         let h = self.length;
         let [b0, b1, b2, b3] = [self.square[0], self.square[1] * h, self.square[2] * h * h, self.square[3] * h * h * h];

@@ -9,16 +9,16 @@
 //! point; dwell, tool changes and waits for the spindle take their time. Jerk counts for nothing
 //! here: a control without limits of jerk is bound as well.
 //!
-//! *Gates.* Let `p_0, p_1, ..` be points of the programmed path in order, and `t_0 <= t_1 <= ..` times at which the motion corresponds to them.
-//! At `t_i` the tip is within `e_i` of `p_i`. So from `t_i` to `t_j`
+//! *Gates.* Let `p_0, p_1, ..` be points of the programmed path in order, and `t_0 <= t_1 <= ..` times at
+//! which the motion corresponds to them. At `t_i` the tip is within `e_i` of `p_i`. So from `t_i` to `t_j`
 //!
 //! ```text
 //!      e_i          |p_j - p_i|           e_j        it goes at least |p_j - p_i| - e_i - e_j along the line from p_i to p_j,
 //!     (  o------------------------------o  )         with no more speed than the highest feed between both gates
 //! ```
 //!
-//! and each joint k goes at least `|q_k(p_j) - q_k(p_i)|` less what it may be off at both. With a velocity v and an acceleration A, a
-//! distance D takes at least
+//! and each joint k goes at least `|q_k(p_j) - q_k(p_i)|` less what it may be off at both. With a velocity v
+//! and an acceleration A, a distance D takes at least
 //!
 //! ```text
 //!     D/v                                          in motion at both gates
@@ -26,17 +26,20 @@
 //!     D/v + v/A,   or 2 sqrt(D/A) up to D = v^2/A     at rest in both
 //! ```
 //!
-//! (a motion that is nowhere faster than v, nor than A times the time from or to its rest, covers no more). The largest of these is a *leg*. Times between gates
-//! do not overlap, so that the legs over any choice of gates add up to a lower bound. The choice with the largest sum is found gate by
-//! gate, from the left: `best_j = max over i < j of best_i + leg(i, j)`.
+//! (a motion that is nowhere faster than v, nor than A times the time from or to its rest, covers no more).
+//! The largest of these is a *leg*. Times between gates do not overlap, so that the legs over any choice of
+//! gates add up to a lower bound. The choice with the largest sum is found gate by gate, from the left:
+//! `best_j = max over i < j of best_i + leg(i, j)`.
 //!
-//! *What joints may be off.* A rotary joint by `a`, a linear one without tool center point control by `e`. With it, linear joints follow
-//! the tip and the rotary ones (`Rig::slack`). The acceleration of the tip along a line of direction d without tool
-//! center point control is at most the sum of `|d_k| A_k` over the linear joints; with it none is counted.
+//! *What joints may be off.* A rotary joint by `a`, a linear one without tool center point control by `e`.
+//! With it, linear joints follow the tip and the rotary ones (`Rig::slack`). The acceleration of the tip
+//! along a line of direction d without tool center point control is at most the sum of `|d_k| A_k` over the
+//! linear joints; with it none is counted.
 //!
-//! *Limits.* Corners and curves that joints cannot pass at the feed cost nothing here: `Summary::path_bound_s` counts them, for
-//! the path that is run. Tolerances change what a gate gives: in a curve of radius R legs of `(48 e R^2)^(1/3)` are best, and lose
-//! about `3 e` over that, one percent at R = 10 mm and e = 0.01 mm.
+//! *Limits.* Corners and curves that joints cannot pass at the feed cost nothing here:
+//! `Summary::path_bound_s` counts them, for the path that is run. Tolerances change what a gate gives: in a
+//! curve of radius R legs of `(48 e R^2)^(1/3)` are best, and lose about `3 e` over that, one percent at R =
+//! 10 mm and e = 0.01 mm.
 
 use std::collections::VecDeque;
 
@@ -52,7 +55,8 @@ use crate::{
 /// Gates that are kept, and how many before a gate a leg may begin: legs of many sizes, none longer than the row.
 const KEPT: usize = 33;
 const BACK: [usize; 10] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32];
-/// Distance of gates that are no rests, as part of the tolerances: with 32 of them legs lose 0.4 percent on a straight line.
+/// Distance of gates that are no rests, as part of the tolerances: with 32 of them legs lose 0.4 percent on a
+/// straight line.
 const APART: f64 = 16.0;
 /// Part by which the feed may be passed (`limits.rs`).
 const FEED_PASSED: f64 = 1.0005;

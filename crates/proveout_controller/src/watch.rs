@@ -7,11 +7,12 @@
 //!   o---o          o---o---o             o---o---o---o
 //! ```
 //!
-//! are means of velocity, acceleration and jerk over one, two and three cycles, weighted by the spline of that order. A short
-//! excess between two samples shows there and in no state at a sample; a short one at a sample shows in its state alone. The
-//! differences of velocity and acceleration from one sample to the next, means over one cycle, are sharper where they are known. All
-//! are looked at, and the differences of positions reach back over the border to what was emitted before. The feed of the tip counts as
-//! a velocity too.
+//! are means of velocity, acceleration and jerk over one, two and three cycles, weighted by the spline of
+//! that order. A short excess between two samples shows there and in no state at a sample; a short one at a
+//! sample shows in its state alone. The differences of velocity and acceleration from one sample to the next,
+//! means over one cycle, are sharper where they are known. All are looked at, and the differences of
+//! positions reach back over the border to what was emitted before. The feed of the tip counts as a velocity
+//! too.
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
@@ -211,7 +212,8 @@ mod tests {
         let mut samples = cubic(0.01, 12, 0.0);
         samples.iter_mut().for_each(|m| m.acceleration = JointValues::ZERO);
         assert!(over_limits(&limits(6.0), [0.01, 5.0], &before, &samples, None, 1.0 + 1e-6).is_empty());
-        // From the fourth set point on, each difference is 6; those that reach back to the standstill are 1, 5 and 6 parts of it.
+        // From the fourth set point on, each difference is 6; those that reach back to the standstill are 1,
+        // 5 and 6 parts of it.
         let over = over_limits(&limits(5.5), [0.01, 5.0], &before, &samples, None, 1.0 + 1e-6);
         assert_eq!(over.len(), 9);
         for (k, o) in over.iter().enumerate() {

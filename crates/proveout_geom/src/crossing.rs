@@ -1,8 +1,8 @@
 //! Where a mesh crosses itself.
 //!
-//! Two triangles cross when an edge of one passes through the inside of the other. Corners are taken on a lattice of a
-//! nanometer, so that the side of a plane on which a corner lies is the sign of an integer: touching, shared corners and shared
-//! edges give zero and are no crossing, whatever the rounding.
+//! Two triangles cross when an edge of one passes through the inside of the other. Corners are taken on a
+//! lattice of a nanometer, so that the side of a plane on which a corner lies is the sign of an integer:
+//! touching, shared corners and shared edges give zero and are no crossing, whatever the rounding.
 //!
 //! ```text
 //!        p           p and q on different sides of the plane a b c, and the line p q
@@ -45,8 +45,8 @@ pub(crate) struct TriangleBoxes {
 }
 
 impl TriMesh {
-    /// The crossing of the triangle with the lowest index; none when no edge passes through a face. Faces that lie in each other
-    /// are for [`Self::first_overlap`]. Corners must be finite and exist.
+    /// The crossing of the triangle with the lowest index; none when no edge passes through a face. Faces
+    /// that lie in each other are for [`Self::first_overlap`]. Corners must be finite and exist.
     pub fn first_crossing(&self) -> Option<Crossing> {
         let lattice = |p: &Point| [p.x, p.y, p.z].map(|x| (x / LATTICE).round() as i64);
         let places: Vec<Place> = self.positions.iter().map(lattice).collect();
@@ -96,8 +96,8 @@ impl TriMesh {
     }
 }
 
-/// Six times the volume of the tetrahedron, in steps of the lattice. Differences have up to 35 bits, so the sum of products of three
-/// has less than 108.
+/// Six times the volume of the tetrahedron, in steps of the lattice. Differences have up to 35 bits, so the
+/// sum of products of three has less than 108.
 fn volume(a: &Place, b: &Place, c: &Place, d: &Place) -> i128 {
     let from = |p: &Place| [0, 1, 2].map(|k| i128::from(p[k]) - i128::from(a[k]));
     let [u, v, w] = [from(b), from(c), from(d)];

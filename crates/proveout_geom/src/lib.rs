@@ -4,10 +4,10 @@
 //! coordinates of frame a; a point named `p_in_a` has coordinates of frame a.
 //!
 //! * [`Pose`] – rigid transform whose right angles are exact.
-//! * [`TriMesh`] – indexed triangles; [`TriMesh::check_solid`] proves that they bound a solid, [`TriMesh::check_uncrossed`]
-//!   that it does not cross or overlap itself.
-//! * [`read_mesh`], [`read_glb_nodes`], [`write_stl`] – STL, OBJ and glTF binary files; [`write_glb_container`] – header and
-//!   chunks of the latter.
+//! * [`TriMesh`] – indexed triangles; [`TriMesh::check_solid`] proves that they bound a solid,
+//!   [`TriMesh::check_uncrossed`] that it does not cross or overlap itself.
+//! * [`read_mesh`], [`read_glb_nodes`], [`write_stl`] – STL, OBJ and glTF binary files;
+//!   [`write_glb_container`] – header and chunks of the latter.
 //!
 //! A type enters this crate when two crates need it.
 

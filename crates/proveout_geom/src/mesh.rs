@@ -196,8 +196,8 @@ impl TriMesh {
         Ok(())
     }
 
-    /// Proves that no edge passes through a face and no faces lie in each other, on a mesh that [`Self::check_solid`] has found in
-    /// order.
+    /// Proves that no edge passes through a face and no faces lie in each other, on a mesh that
+    /// [`Self::check_solid`] has found in order.
     ///
     /// # Errors
     /// [`MeshError::Crossing`] or [`MeshError::Overlap`] with the first one.
@@ -359,7 +359,8 @@ mod tests {
         Some(MeshError::Open { from, to, triangle: *triangle, open_edges: open.len() })
     }
 
-    /// Triangles left out, doubled, turned, with a corner moved to another vertex or to none, and in any order: the first violation and its place are the same.
+    /// Triangles left out, doubled, turned, with a corner moved to another vertex or to none, and in any
+    /// order: the first violation and its place are the same.
     #[test]
     fn the_first_violation_is_that_of_a_map_of_all_edges() {
         let mut state = 0x9e37_79b9_7f4a_7c15_u64;

@@ -1,5 +1,5 @@
-//! Where faces of a mesh lie in each other: bodies that share a piece of face with their material on the same side, and doubled
-//! faces. No edge passes through a face there, so that `crossing` sees nothing.
+//! Where faces of a mesh lie in each other: bodies that share a piece of face with their material on the same
+//! side, and doubled faces. No edge passes through a face there, so that `crossing` sees nothing.
 //!
 //! ```text
 //!    n ^      ^ n          Two triangles overlap when each lies in the plane of the other, within rounding of a file, they
@@ -7,8 +7,9 @@
 //!      '------+----        are bodies that touch, which is no fault.
 //! ```
 //!
-//! Seen along the longest axis of the normal, the insides are apart exactly where all corners of one lie beyond or on a side of the
-//! other, which they may pass by rounding: shared corners and edges, and faces that continue each other, are no overlap.
+//! Seen along the longest axis of the normal, the insides are apart exactly where all corners of one lie
+//! beyond or on a side of the other, which they may pass by rounding: shared corners and edges, and faces
+//! that continue each other, are no overlap.
 
 use crate::{
     Aabb, Point, TriMesh,
@@ -32,7 +33,8 @@ pub struct Overlap {
 }
 
 impl TriMesh {
-    /// The overlap of the triangle with the lowest index; none when no two faces lie in each other. Corners must be finite and exist.
+    /// The overlap of the triangle with the lowest index; none when no two faces lie in each other. Corners
+    /// must be finite and exist.
     pub fn first_overlap(&self) -> Option<Overlap> {
         let boxes: Vec<Aabb> =
             (0..self.triangles.len()).map(|t| Aabb::of_points(&self.corners(t)).expanded(CLEAR)).collect();

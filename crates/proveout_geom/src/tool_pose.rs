@@ -20,8 +20,8 @@ impl ToolPose {
     }
 
     /// Pose at `t` in 0..=1 on the way to `to`: the tip straight, the axis on the great circle, both uniform
-    /// (Shoemake 1985, spherical linear interpolation). For opposite axes the great circle is not defined; the axis then
-    /// stays.
+    /// (Shoemake 1985, spherical linear interpolation). For opposite axes the great circle is not defined;
+    /// the axis then stays.
     ///
     /// ```
     /// use proveout_geom::{Point, ToolPose, Vector, deg};

@@ -65,11 +65,12 @@ impl<'a> Document<'a> {
         self.file
     }
 
-    /// The content as a value. Keys that the type does not know are refused where it denies them, numbers outside the range of their
-    /// quantity always.
+    /// The content as a value. Keys that the type does not know are refused where it denies them, numbers
+    /// outside the range of their quantity always.
     ///
     /// # Errors
-    /// [`InputError`] for the first fault: no TOML, no key, an unknown or missing key, a wrong type or word, a number out of range.
+    /// [`InputError`] for the first fault: no TOML, no key, an unknown or missing key, a wrong type or word,
+    /// a number out of range.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T, InputError> {
         if let Err(e) = DeTable::parse(self.text) {
             let span = e.span().unwrap_or(0..0);
@@ -214,7 +215,8 @@ impl<'a> Document<'a> {
         }
         let value = if said.shows_value { self.shown(&span) } else { String::new() };
         let fault = InputFault { code: said.code, key, value, ..self.bare(said.message, said.remedy) };
-        // The bytes of a table can be all its lines, of the whole document all of them: its beginning is the place to look at.
+        // The bytes of a table can be all its lines, of the whole document all of them: its beginning is the
+        // place to look at.
         let span = if said.missing.is_some() { span.start..span.start } else { span };
         InputError::from(fault).with_span(self.text, &span)
     }

@@ -4,8 +4,9 @@
 //! one reader and one set of checks. A file in inches that has a length in millimeters is refused by that
 //! key: each key shows its own unit, and no file mixes both.
 //!
-//! Units that are made with the length follow it (`_inch_min` for `_mm_min`, `_inch_s2`, `_inch_s3`); micrometers, and angles over a length
-//! (`_deg_mm`), stay as they are. An error shows the line in millimeters.
+//! Units that are made with the length follow it (`_inch_min` for `_mm_min`, `_inch_s2`, `_inch_s3`);
+//! micrometers, and angles over a length (`_deg_mm`), stay as they are. An error shows the line in
+//! millimeters.
 
 use std::borrow::Cow;
 use std::ops::Range;

@@ -128,8 +128,8 @@ impl InputError {
 /// Reads an input file as text.
 ///
 /// # Errors
-/// [`InputError`] with the path where it is missing, is a folder, a pipe or a device, or has more than 16 MiB; with the place of
-/// the first byte that is not UTF-8.
+/// [`InputError`] with the path where it is missing, is a folder, a pipe or a device, or has more than 16
+/// MiB; with the place of the first byte that is not UTF-8.
 pub fn read_input(file: &Path) -> Result<String, InputError> {
     const CODE: &str = "input-unreadable";
     let bytes = read_regular_file(file, MAX_BYTES).map_err(|e| {

@@ -1,4 +1,5 @@
-//! Input files are regular files of bounded size: a pipe would wait for a writer for ever, `/dev/zero` would fill the memory.
+//! Input files are regular files of bounded size: a pipe would wait for a writer for ever, `/dev/zero` would
+//! fill the memory.
 
 use std::{
     fs::File,
@@ -9,8 +10,8 @@ use std::{
 /// Opens a file to be read.
 ///
 /// # Errors
-/// What the system says; [`ErrorKind::IsADirectory`] and [`ErrorKind::InvalidInput`] where `path` is no regular file (links are followed),
-/// before it is opened.
+/// What the system says; [`ErrorKind::IsADirectory`] and [`ErrorKind::InvalidInput`] where `path` is no
+/// regular file (links are followed), before it is opened.
 pub fn open_regular_file(path: &Path) -> Result<File, Error> {
     let about = std::fs::metadata(path)?;
     if about.is_dir() {
@@ -25,7 +26,8 @@ pub fn open_regular_file(path: &Path) -> Result<File, Error> {
 /// Reads a file whole.
 ///
 /// # Errors
-/// As [`open_regular_file`], and [`ErrorKind::FileTooLarge`] where it has more than `limit` bytes, before they are read.
+/// As [`open_regular_file`], and [`ErrorKind::FileTooLarge`] where it has more than `limit` bytes, before
+/// they are read.
 pub fn read_regular_file(path: &Path, limit: u64) -> Result<Vec<u8>, Error> {
     let file = open_regular_file(path)?;
     let length = file.metadata()?.len();

@@ -75,8 +75,8 @@ impl ActualChain {
 /// Newton steps after which the compensation gives up: errors of a thousandth shrink the rest a thousandfold each.
 const COMPENSATION_STEPS: usize = 12;
 
-/// What is left of tip (mm) and axis (radian) when the compensation is at its end: a tenth of what poses are promised to, and
-/// a hundred times the rounding of levers of a meter.
+/// What is left of tip (mm) and axis (radian) when the compensation is at its end: a tenth of what poses are
+/// promised to, and a hundred times the rounding of levers of a meter.
 const COMPENSATED_MM: f64 = 1e-10;
 const COMPENSATED_RAD: f64 = 1e-13;
 
@@ -134,8 +134,8 @@ impl Machine {
     /// by the size of the errors. The residual is in [`Solution::tip_error`] and [`Solution::axis_error`].
     ///
     /// # Errors
-    /// As [`Machine::inverse_nearest`]; [`KinematicsError::TipUnreachable`] and [`KinematicsError::AxisUnreachable`] also
-    /// where the rest does not shrink, as next to a singular pose.
+    /// As [`Machine::inverse_nearest`]; [`KinematicsError::TipUnreachable`] and
+    /// [`KinematicsError::AxisUnreachable`] also where the rest does not shrink, as next to a singular pose.
     pub fn actual_inverse_nearest(
         &self,
         pose_in_table: &ToolPose,

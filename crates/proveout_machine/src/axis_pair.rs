@@ -13,9 +13,10 @@
 //!             e
 //! ```
 //!
-//! The cones meet in two directions, mirror images in the plane of `a1` and `a2`. Their height over that plane is
-//! `v . (a1 x a2) = +-sqrt(G)` with the Gram determinant `G = sin² d sin² f - (cos e - cos d cos f)²`. Written like that
-//! it loses all digits where the triangle is flat, which is at every singular pose; with the arcs it factors as
+//! The cones meet in two directions, mirror images in the plane of `a1` and `a2`. Their height over that
+//! plane is `v . (a1 x a2) = +-sqrt(G)` with the Gram determinant `G = sin² d sin² f - (cos e - cos d cos
+//! f)²`. Written like that it loses all digits where the triangle is flat, which is at every singular pose;
+//! with the arcs it factors as
 //!
 //! ```text
 //!   G = 4 sin((e+f-d)/2) sin((e-f+d)/2) sin((d+f-e)/2) sin((d+e+f)/2)
@@ -30,9 +31,9 @@ use std::f64::consts::{PI, TAU};
 
 use proveout_geom::Vector;
 
-/// Below this angle (radian) between the tool axis and the first rotary axis, the first angle is free; also the
-/// distance from the end of reach at which two branches count as one. 1e-10 rad moves a tool of 1 m by 0.1 nm, so what is
-/// dropped here is below the precision promised for poses.
+/// Below this angle (radian) between the tool axis and the first rotary axis, the first angle is free; also
+/// the distance from the end of reach at which two branches count as one. 1e-10 rad moves a tool of 1 m by
+/// 0.1 nm, so what is dropped here is below the precision promised for poses.
 pub(crate) const SINGULAR_ANGLE: f64 = 1e-10;
 /// Branches whose cosines of the second angle differ by less are mirror images: rounding.
 const MIRRORED: f64 = 1e-9;
@@ -40,8 +41,8 @@ const MIRRORED: f64 = 1e-9;
 /// Sine below which two axes count as parallel: the angles would amplify rounding a million times.
 pub(crate) const PARALLEL_SINE: f64 = 1e-6;
 
-/// Height over the plane of both axes (sine of an angle) below which the branches count as one: the tool axis is then nearer
-/// to the end of its reach than rounding.
+/// Height over the plane of both axes (sine of an angle) below which the branches count as one: the tool axis
+/// is then nearer to the end of its reach than rounding.
 const SAME_BRANCH: f64 = 1e-8;
 
 /// Solutions for one tool axis.
@@ -109,7 +110,8 @@ impl AxisPair {
         let cosine = across(&tool_at_zero, &second)?;
         let normal = first.cross(&plane);
         let sine = second.cross(&cosine);
-        // Branch 0 has the larger cosine of the second angle; when the branches are mirror images it has the larger sine.
+        // Branch 0 has the larger cosine of the second angle; when the branches are mirror images it has the
+        // larger sine.
         let side = cosine.dot(&normal);
         let side = if side.abs() > MIRRORED { side } else { sine.dot(&normal) };
         Some(Self {
@@ -141,8 +143,8 @@ impl AxisPair {
         [closed(self.d - self.e).then_some(self.first), closed(self.d + self.e - PI).then_some(-self.first)]
     }
 
-    /// Branch to which a second angle belongs: the side of the plane of both axes on which the tool axis lies. None next to
-    /// the plane, where the branches meet.
+    /// Branch to which a second angle belongs: the side of the plane of both axes on which the tool axis
+    /// lies. None next to the plane, where the branches meet.
     pub(crate) fn branch_of(&self, second: f64) -> Option<usize> {
         let (s, c) = second.sin_cos();
         let height = self.e.sin() * (self.cosine.dot(&self.normal) * c + self.sine.dot(&self.normal) * s);

@@ -9,8 +9,8 @@
 //!           └─────────────────────────────────────────────────┴───────────── encoder = "load" ◄──────┘
 //! ```
 //!
-//! Linear joints are described in N, kg and mm, rotary joints in Nm, kg m² and degrees; all seen at the joint, with gears
-//! and screws taken out. Inside, forces are in N and torques in N mm.
+//! Linear joints are described in N, kg and mm, rotary joints in Nm, kg m² and degrees; all seen at the
+//! joint, with gears and screws taken out. Inside, forces are in N and torques in N mm.
 
 /// Where the position loop measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -11,7 +11,8 @@ use crate::{
     units::S_PER_MS,
 };
 
-/// Gains of the position, 1/s. One kilohertz is beyond every drive: a slip of the unit would pass for a very stiff axis.
+/// Gains of the position, 1/s. One kilohertz is beyond every drive: a slip of the unit would pass for a very
+/// stiff axis.
 const LEAST_GAIN: f64 = 1e-3;
 const MOST_GAIN: f64 = 1e3;
 

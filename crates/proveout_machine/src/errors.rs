@@ -5,10 +5,11 @@
 //! axes, with all joints at zero. They describe the physical motion of what the joint carries, whatever its
 //! sense in programs.
 //!
-//! * Position-independent: the line of a rotary joint is shifted (`EX0C`) or tilted about its point (`EA0C`), its zero is
-//!   turned (`EC0C`, the part along the axis); a slide's direction is turned (`EC0Y`: squareness of Y to X) or its zero
-//!   shifted (the part along it). The lines are those at zero: an error of one joint does not shift the line of the next,
-//!   and a workpiece set at zero positions stays where it was set (zero errors apart).
+//! * Position-independent: the line of a rotary joint is shifted (`EX0C`) or tilted about its point (`EA0C`),
+//!   its zero is turned (`EC0C`, the part along the axis); a slide's direction is turned (`EC0Y`: squareness
+//!   of Y to X) or its zero shifted (the part along it). The lines are those at zero: an error of one joint
+//!   does not shift the line of the next, and a workpiece set at zero positions stays where it was set (zero
+//!   errors apart).
 //! * Against the position: six components, linear between the positions of a table, its end values beyond them.
 //!   The shifts are those of the reference point. With N the nominal motion and E the error about the reference
 //!   point, a slide moves by N E (the point travels along), a rotary joint by E N (components in resting axes).
@@ -68,12 +69,13 @@ impl GeometricErrors {
 }
 
 impl GeometricErrors {
-    /// The most by which the errors move any point of the machine, mm, no line or reference point being farther than `reach`
-    /// (mm) from any point that it moves, and no slide being farther out. Zero where there are none.
+    /// The most by which the errors move any point of the machine, mm, no line or reference point being
+    /// farther than `reach` (mm) from any point that it moves, and no slide being farther out. Zero where
+    /// there are none.
     ///
-    /// A shift moves all points by its length, a turn by w those at the distance r by at most w r (a slide whose direction is
-    /// turned: by w times its way); joint after joint these add up. That the errors of one joint turn those of the next, by
-    /// 0.02 rad at most, is in the factor.
+    /// A shift moves all points by its length, a turn by w those at the distance r by at most w r (a slide
+    /// whose direction is turned: by w times its way); joint after joint these add up. That the errors of one
+    /// joint turn those of the next, by 0.02 rad at most, is in the factor.
     pub fn bound(&self, reach: f64) -> f64 {
         let size = |[shift, turn]: [f64; 2]| shift + turn * reach;
         let constant = self.constant.iter().map(|c| {

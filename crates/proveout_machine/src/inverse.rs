@@ -144,8 +144,8 @@ impl Machine {
         Branches { count: if reached { all.count } else { 0 }, ..all }
     }
 
-    /// As [`Machine::inverse`], yet with the nearest tool axis where the wanted one cannot be reached, as on machines with
-    /// fewer than two rotary joints; each branch carries its errors.
+    /// As [`Machine::inverse`], yet with the nearest tool axis where the wanted one cannot be reached, as on
+    /// machines with fewer than two rotary joints; each branch carries its errors.
     pub fn inverse_closest(&self, pose_in_table: &ToolPose, tool_length: f64) -> Branches {
         self.branches(pose_in_table, tool_length, self.solver.home())
     }
@@ -225,8 +225,9 @@ impl Machine {
         self.inverse_by(pose_in_table, tool_length, previous, None)
     }
 
-    /// As [`Machine::inverse_nearest`], but of two branches the one with the lower (or higher) angle of a rotary joint; where its rotary
-    /// joints pass their travel, the other one ([`Solution::other`]). An endless joint is compared within a turn, from -180 to 180 degrees.
+    /// As [`Machine::inverse_nearest`], but of two branches the one with the lower (or higher) angle of a
+    /// rotary joint; where its rotary joints pass their travel, the other one ([`Solution::other`]). An
+    /// endless joint is compared within a turn, from -180 to 180 degrees.
     ///
     /// # Errors
     /// As [`Machine::inverse_nearest`].

@@ -53,9 +53,9 @@ impl Machine {
         Some(1.0 / self.smallest_axis_rate(q)?)
     }
 
-    /// Smallest singular value of d(axis)/d(rotary joints), 0 at a singular pose: the least turn of the tool axis, in
-    /// radian, for a joint step of length one radian. With more than two rotary joints: of the steps that turn it at all
-    /// (the second singular value).
+    /// Smallest singular value of d(axis)/d(rotary joints), 0 at a singular pose: the least turn of the tool
+    /// axis, in radian, for a joint step of length one radian. With more than two rotary joints: of the steps
+    /// that turn it at all (the second singular value).
     pub fn smallest_axis_rate(&self, q: &JointValues) -> Option<f64> {
         let rotary = self.rotary_joints();
         if rotary.len() < 2 {

@@ -1,13 +1,14 @@
 //! Machines: description, forward and inverse kinematics, travel and drive limits, bodies.
 //!
-//! **Data in.** `machine.toml`: joints with their lines, limits and parents, spindle gauge line, table surface, control
-//! and bodies; keys carry their units (mm, deg, mm/min). **Data out.** Joint values ([`JointValues`], mm and radian) and
-//! tool poses ([`proveout_geom::ToolPose`]: tip in mm and unit axis from the tip to the holder).
+//! **Data in.** `machine.toml`: joints with their lines, limits and parents, spindle gauge line, table
+//! surface, control and bodies; keys carry their units (mm, deg, mm/min). **Data out.** Joint values
+//! ([`JointValues`], mm and radian) and tool poses ([`proveout_geom::ToolPose`]: tip in mm and unit axis from
+//! the tip to the holder).
 //!
-//! **Frames.** M machine, fixed to the base. K table: carried by the last work joint, equal to M with all joints at
-//! zero. S spindle: origin on the gauge line, +z from the tool into the spindle. The tip of a tool lies `tool_length` in
-//! front of the gauge line. Every joint is given by its line in M with all joints at zero, and says whether it carries
-//! tool or workpiece and which way it moves: [`Joint::sense`].
+//! **Frames.** M machine, fixed to the base. K table: carried by the last work joint, equal to M with all
+//! joints at zero. S spindle: origin on the gauge line, +z from the tool into the spindle. The tip of a tool
+//! lies `tool_length` in front of the gauge line. Every joint is given by its line in M with all joints at
+//! zero, and says whether it carries tool or workpiece and which way it moves: [`Joint::sense`].
 //!
 //! Main types:
 //! * [`Machine`] – read with [`Machine::read`]; forward ([`Machine::forward`]), inverse ([`Machine::inverse`],
@@ -16,8 +17,8 @@
 //! * [`Platform`] – a heave and a tilt joint on three legs (3-RPS), with leg lengths and rates.
 //! * [`GeometricErrors`] – what the actual machine does differently: [`Machine::actual_forward`],
 //!   [`Machine::actual_inverse_nearest`].
-//! * [`Machine::poles`], [`Machine::branch_of`], [`Machine::on_branch`], [`Machine::leaving_pole`] – what it takes to follow a
-//!   tool axis through and past singular poses.
+//! * [`Machine::poles`], [`Machine::branch_of`], [`Machine::on_branch`], [`Machine::leaving_pole`] – what it
+//!   takes to follow a tool axis through and past singular poses.
 //! * [`Machine::limit_violations`] – travel and rate limits of a state of motion, legs included, as data;
 //!   [`Machine::amplification_violation`].
 //! * [`Machine::diagnose`] – what is missing or looks wrong in a description, with line and remedy.

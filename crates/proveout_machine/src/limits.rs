@@ -61,7 +61,8 @@ pub struct LimitViolation {
     pub name: String,
     /// Which limit.
     pub kind: LimitKind,
-    /// The value with its sign, in mm or radian per the second's power; infinite for the amplification of a singular pose.
+    /// The value with its sign, in mm or radian per the second's power; infinite for the amplification of a
+    /// singular pose.
     pub value: f64,
     /// The limit passed, same unit; the nearer end of the travel.
     pub limit: f64,
@@ -183,9 +184,9 @@ impl Machine {
         })
     }
 
-    /// Angle (radian) between a tool axis in K and the nearest one at which the machine is singular: where the table-side
-    /// rotary joint does not turn the tool, or its reach ends and branches meet. `None` with fewer than two rotary
-    /// joints, or with more.
+    /// Angle (radian) between a tool axis in K and the nearest one at which the machine is singular: where
+    /// the table-side rotary joint does not turn the tool, or its reach ends and branches meet. `None` with
+    /// fewer than two rotary joints, or with more.
     pub fn cone_angle(&self, axis_in_table: &proveout_geom::Vector) -> Option<f64> {
         self.solver.cone_angle(&self.chain, axis_in_table)
     }

@@ -58,7 +58,8 @@ fn sections(file: &Path, text: &str) -> Result<BTreeMap<String, Section>, InputE
     Ok(all)
 }
 
-/// Reads the INI file of a LinuxCNC configuration. `on_table`: letters of the linear axes that carry the table; all others carry the tool.
+/// Reads the INI file of a LinuxCNC configuration. `on_table`: letters of the linear axes that carry the
+/// table; all others carry the tool.
 ///
 /// # Errors
 /// [`InputError`] with the line: no INI file, no axes, a value that is no number, a unit that is not known.

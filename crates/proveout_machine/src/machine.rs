@@ -64,8 +64,8 @@ pub struct Control {
     pub default_tolerance: f64,
     /// Tolerance of the tool orientation where the program states none, radian.
     pub default_orientation_tolerance: Option<f64>,
-    /// Cone about a pole of the rotary axes, radian: a great circle of the tool axis that passes the pole nearer than this is led
-    /// through it, and left by no more than this.
+    /// Cone about a pole of the rotary axes, radian: a great circle of the tool axis that passes the pole
+    /// nearer than this is led through it, and left by no more than this.
     pub pole_cone: f64,
     /// Position of each joint for a tool change; `None` where the joint stays.
     pub tool_change_position: [Option<f64>; MAX_JOINTS],

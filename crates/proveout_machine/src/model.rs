@@ -65,8 +65,8 @@ mod tests {
     use super::*;
     use crate::Machine;
 
-    /// A glTF binary with one tetrahedron of 1 m edges along the axes, at the nodes Column (1 m to the right and 2 m up),
-    /// its child Head (turned by a quarter about glTF's y and 0.5 m up), and Loose.
+    /// A glTF binary with one tetrahedron of 1 m edges along the axes, at the nodes Column (1 m to the right
+    /// and 2 m up), its child Head (turned by a quarter about glTF's y and 0.5 m up), and Loose.
     fn write_model(folder: &Path) -> PathBuf {
         let json = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,2]}],
             "nodes":[{"name":"Column","mesh":0,"translation":[1,2,0],"children":[1]},

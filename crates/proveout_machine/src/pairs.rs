@@ -1,4 +1,5 @@
-//! Pairs of bodies with a rule of their own: another near-miss distance than that of the scene, or no check of one against the other.
+//! Pairs of bodies with a rule of their own: another near-miss distance than that of the scene, or no check
+//! of one against the other.
 
 /// Names for the parts of whichever tool is in the spindle.
 pub const TOOL_PARTS: [&str; 4] = ["cutter", "neck", "shank", "holder"];

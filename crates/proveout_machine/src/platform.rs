@@ -15,11 +15,11 @@
 //!   ---R--R---  fixed plate       tilt axis: across e1 and heave
 //! ```
 //!
-//! With legs 2 and 3 of equal length the plate has two freedoms, the heave H of its middle over the fixed plate and the
-//! tilt a about the axis `t` across `e1` and the heave direction (positive where it raises leg 1). The ball joints 2 and
-//! 3 lie at `-r_b/2` along `e1` before the tilt and must stay in planes through the upright middle line that meet `e1`
-//! at 60 degrees; their distance from the plane of `e1` and heave does not change with a, hence neither may their place
-//! along `e1`: the middle shifts by
+//! With legs 2 and 3 of equal length the plate has two freedoms, the heave H of its middle over the fixed
+//! plate and the tilt a about the axis `t` across `e1` and the heave direction (positive where it raises leg
+//! 1). The ball joints 2 and 3 lie at `-r_b/2` along `e1` before the tilt and must stay in planes through the
+//! upright middle line that meet `e1` at 60 degrees; their distance from the plane of `e1` and heave does not
+//! change with a, hence neither may their place along `e1`: the middle shifts by
 //!
 //! ```text
 //!   c(a) = -(r_b / 2) (1 - cos a)      along e1, the parasitic motion          (Lu, Yang and Zhao 2022, corrected)
@@ -27,10 +27,10 @@
 //!   L2^2 = L3^2 = (r_b - r_p)^2 + (H - 0.5 r_b sin a)^2
 //! ```
 //!
-//! From the legs: `h2 = H - 0.5 r_b sin a = sqrt(L2^2 - (r_b - r_p)^2)`, the moving plate staying above its hinges; put
-//! into L1 this is linear in sine and cosine,
-//! `L1^2 - (1.5 r_b)^2 - k^2 - h2^2 = 3 r_b (h2 sin a - k cos a)` with `k = 0.5 r_b + r_p`, so that the assembly has two tilts, and
-//! the one nearer to the last is taken. They meet where leg 1 lies in the plane of the moving plate.
+//! From the legs: `h2 = H - 0.5 r_b sin a = sqrt(L2^2 - (r_b - r_p)^2)`, the moving plate staying above its
+//! hinges; put into L1 this is linear in sine and cosine, `L1^2 - (1.5 r_b)^2 - k^2 - h2^2 = 3 r_b (h2 sin
+//! a - k cos a)` with `k = 0.5 r_b + r_p`, so that the assembly has two tilts, and the one nearer to the
+//! last is taken. They meet where leg 1 lies in the plane of the moving plate.
 //!
 //! Limits: the second tilt, which legs 2 and 3 of different length would give, is not driven; lengths that differ are
 //! refused. The legs are rigid.
@@ -187,7 +187,8 @@ impl Platform {
         ]
     }
 
-    /// Velocities of heave and tilt joint for those of leg 1 and of legs 2 and 3 (mm/s, rad/s); not finite where the legs do not hold the plate.
+    /// Velocities of heave and tilt joint for those of leg 1 and of legs 2 and 3 (mm/s, rad/s); not finite
+    /// where the legs do not hold the plate.
     pub fn joint_rates(&self, q: &JointValues, [first, second]: [f64; 2]) -> [f64; 2] {
         let [[a, b], [c, d]] = self.leg_rates(q);
         let determinant = a * d - b * c;
@@ -196,8 +197,8 @@ impl Platform {
 
     /// Jerk of legs 1, 2 and 3, mm/s³, for the first three derivatives of the joints.
     ///
-    /// With p from the fixed to the moving joint of a leg and L its length, two more derivatives of `L L' = p . p'` give
-    /// `L L''' = 3 p' . p'' + p . p''' - 3 L' L''`.
+    /// With p from the fixed to the moving joint of a leg and L its length, two more derivatives of `L L' = p
+    /// . p'` give `L L''' = 3 p' . p'' + p . p''' - 3 L' L''`.
     pub fn leg_jerk(&self, q: &JointValues, [velocity, acceleration, jerk]: [&JointValues; 3]) -> [f64; 3] {
         let s = self.state(q);
         let r = self.moving_radius;
@@ -218,9 +219,9 @@ impl Platform {
         [first, second, second]
     }
 
-    /// How well the legs hold the plate, from 1 down to 0 at a singular pose: the sine of the angle of legs 2 and 3 over the
-    /// fixed plate times that of leg 1 over the moving plate (the determinant of leg rates by heave and tilt, divided
-    /// by `1.5 r_b`).
+    /// How well the legs hold the plate, from 1 down to 0 at a singular pose: the sine of the angle of legs 2
+    /// and 3 over the fixed plate times that of leg 1 over the moving plate (the determinant of leg rates by
+    /// heave and tilt, divided by `1.5 r_b`).
     pub fn transmission(&self, q: &JointValues) -> f64 {
         let s = self.state(q);
         let first = (s.up_1 * s.cos - s.out_1 * s.sin) / s.out_1.hypot(s.up_1);

@@ -35,9 +35,9 @@ impl Machine {
         pair.branch_of(q[second])
     }
 
-    /// The rotary joints that point the tool along a unit vector of K on this branch, each at the turn nearest to `near`; the
-    /// other joints are those of `near`. Travel is not looked at. None where the tool axis cannot be reached, and on machines
-    /// that have not two rotary joints.
+    /// The rotary joints that point the tool along a unit vector of K on this branch, each at the turn
+    /// nearest to `near`; the other joints are those of `near`. Travel is not looked at. None where the tool
+    /// axis cannot be reached, and on machines that have not two rotary joints.
     pub fn on_branch(&self, axis_in_table: &Vector, branch: usize, near: &JointValues) -> Option<JointValues> {
         let pair = self.solver.pair(&self.chain, near)?;
         let found = pair.solve(&self.solver.seen_by_pair(&self.chain, near, axis_in_table));

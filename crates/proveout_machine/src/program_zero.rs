@@ -9,20 +9,21 @@
 //!    tip_in_table = z + X e_x + Y e_y + Z e_z        z: the tip of a tool of zero length with all joints at zero
 //! ```
 //!
-//! and base coordinates with tool center point control are `tip_in_table - z`, fixed to the table from there on. On a machine whose
-//! axes read the place of the gauge line (zero at the table) z is the origin of the table frame and nothing is subtracted. On a
-//! machine whose axes are zero at home, z is the gauge line at home.
+//! and base coordinates with tool center point control are `tip_in_table - z`, fixed to the table from there
+//! on. On a machine whose axes read the place of the gauge line (zero at the table) z is the origin of the
+//! table frame and nothing is subtracted. On a machine whose axes are zero at home, z is the gauge line at
+//! home.
 //!
-//! It needs that X, Y and Z move the tool along x, y and z of the table frame. Where one of them does not (a table axis whose value
-//! counts the motion of the table, a slanted slide), axes and table coordinates are two things, no offset can mean the same in
-//! both, and there is no such point.
+//! It needs that X, Y and Z move the tool along x, y and z of the table frame. Where one of them does not (a
+//! table axis whose value counts the motion of the table, a slanted slide), axes and table coordinates are
+//! two things, no offset can mean the same in both, and there is no such point.
 
 use proveout_geom::{Point, Vector};
 
 use crate::{JointValues, Machine};
 
-/// The largest difference between the motion of X, Y or Z by one millimeter and the unit vector, mm: rounding of directions that
-/// a file gives with nine digits.
+/// The largest difference between the motion of X, Y or Z by one millimeter and the unit vector, mm: rounding
+/// of directions that a file gives with nine digits.
 const ALONG_AXIS: f64 = 1e-9;
 
 impl Machine {

@@ -96,9 +96,9 @@ impl Solver {
     /// Rotary angles near those of `q` that bring the tool axis into the unit vector `u` of K, for any number of rotary
     /// joints; sets them in `q` and returns the angle that is left.
     ///
-    /// Each step is the smallest motion that brings the axis onto `u` at first order, damped where the joints turn the
-    /// axis little (Levenberg 1944, Marquardt 1963): with the rates A (3 x n) it is `A' (A A' + m I)^-1 e`. Newton's way
-    /// from a neighboring pose doubles the digits with each step.
+    /// Each step is the smallest motion that brings the axis onto `u` at first order, damped where the joints
+    /// turn the axis little (Levenberg 1944, Marquardt 1963): with the rates A (3 x n) it is `A' (A A' + m
+    /// I)^-1 e`. Newton's way from a neighboring pose doubles the digits with each step.
     ///
     /// A joint at its end stop that would be pushed past it is left out of the step.
     pub(crate) fn turn_numerically(&self, chain: &Chain, joints: &[Joint], q: &mut JointValues, u: &Vector) -> f64 {

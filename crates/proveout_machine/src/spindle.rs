@@ -9,7 +9,8 @@ use crate::Attachment;
 pub struct SpindleData {
     /// What carries it.
     pub attached_to: Attachment,
-    /// Gauge line in M with all joints at zero: origin on the line's plane and the axis, +z from the tool to the spindle.
+    /// Gauge line in M with all joints at zero: origin on the line's plane and the axis, +z from the tool to
+    /// the spindle.
     pub gauge_pose: Pose,
     /// Highest speed, 1/min.
     pub max_speed_rpm: Option<f64>,

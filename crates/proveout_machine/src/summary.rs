@@ -3,7 +3,8 @@
 use crate::{Joint, Machine, Trust};
 
 impl Machine {
-    /// Chains from the base outward, travel, and where it is from: `X Y table, Z tool; X 760, Y 460, Z 510 mm; travel chosen`.
+    /// Chains from the base outward, travel, and where it is from: `X Y table, Z tool; X 760, Y 460, Z 510
+    /// mm; travel chosen`.
     pub fn in_one_line(&self) -> String {
         let chain =
             |joints: &[usize]| joints.iter().map(|&j| self.joints[j].name.as_str()).collect::<Vec<_>>().join(" ");
@@ -57,7 +58,8 @@ impl Machine {
     }
 }
 
-/// A source without its page, and without the value that it gives: `length 600 mm: Li et al. 2022, Table 1` is `Li et al. 2022`.
+/// A source without its page, and without the value that it gives: `length 600 mm: Li et al. 2022, Table 1`
+/// is `Li et al. 2022`.
 fn short_source(note: &str) -> &str {
     let source = match note.split_once(": ") {
         Some((value, rest)) if value.starts_with("length ") => rest,

@@ -1,7 +1,8 @@
 use proveout_geom::Vector;
 
-/// A shift that comes with the turn of a rotary joint: `-(1 - cos q)` times this vector, mm, in M with all joints at zero.
-/// The tilt joint of a [`Platform`](crate::Platform) has one: half the moving radius along leg 1.
+/// A shift that comes with the turn of a rotary joint: `-(1 - cos q)` times this vector, mm, in M with all
+/// joints at zero. The tilt joint of a [`Platform`](crate::Platform) has one: half the moving radius along
+/// leg 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurnShift(pub Vector);
 

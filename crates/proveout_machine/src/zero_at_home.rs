@@ -1,7 +1,8 @@
 //! Axes that are zero at home.
 //!
-//! Most controls read zero where the machine is referenced: `G53 Z0`, `SUPA Z0` and `M91` send Z there. A file whose axes read the place of
-//! the gauge line over the table says so with one key, `zero = "home"`, and its numbers stay as they are:
+//! Most controls read zero where the machine is referenced: `G53 Z0`, `SUPA Z0` and `M91` send Z there. A
+//! file whose axes read the place of the gauge line over the table says so with one key, `zero = "home"`, and
+//! its numbers stay as they are:
 //!
 //! ```text
 //!   q = value of the file,  h = home of the joint,  q' = q - h        what control and programs count
@@ -21,7 +22,8 @@ impl Machine {
     /// The machine with X, Y and Z zero at home; the places of the table stay.
     ///
     /// # Errors
-    /// What keeps it from being one: a slide among X, Y and Z without a stated home, a platform, or geometric errors, which count positions.
+    /// What keeps it from being one: a slide among X, Y and Z without a stated home, a platform, or geometric
+    /// errors, which count positions.
     pub(crate) fn zero_at_home(mut self) -> Result<Self, String> {
         if !self.platforms.is_empty() {
             return Err("a platform moves the tool: its joints have no zero of their own".into());

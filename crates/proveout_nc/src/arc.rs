@@ -8,9 +8,10 @@
 //!     start --r-- center
 //! ```
 //!
-//! Programs round their words, so the two radii differ a little. Within the tolerance the center is moved to the nearest
-//! point of the bisector. For an arc of more than half a turn with a short chord that would move the whole circle by more
-//! than the rounding (the shift is `r * (r1 - r2) / chord`); there the center stays as programmed.
+//! Programs round their words, so the two radii differ a little. Within the tolerance the center is moved to
+//! the nearest point of the bisector. For an arc of more than half a turn with a short chord that would move
+//! the whole circle by more than the rounding (the shift is `r * (r1 - r2) / chord`); there the center stays
+//! as programmed.
 
 use std::f64::consts::TAU;
 
@@ -89,8 +90,8 @@ pub(crate) fn from_center(
     Ok(PlaneArc { center: moved, radius: distance(start, moved), sweep: sweep(start, end, moved, clockwise) })
 }
 
-/// Arc of at most a quarter of a turn whose center lies at distances without signs from the start: the one center that fits,
-/// or how many do.
+/// Arc of at most a quarter of a turn whose center lies at distances without signs from the start: the one
+/// center that fits, or how many do.
 pub(crate) fn in_quadrant(
     start: [f64; 2],
     end: [f64; 2],

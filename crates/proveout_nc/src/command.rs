@@ -108,7 +108,8 @@ pub enum Op {
     Probe(ProbeMotion),
     /// Straight motion coupled to the spindle (G33, rigid tapping).
     Thread(ThreadMotion),
-    /// Motion along the tool axis away from the workpiece, of which the reader does not know start or direction (M140 MB).
+    /// Motion along the tool axis away from the workpiece, of which the reader does not know start or
+    /// direction (M140 MB).
     Retract(Retract),
     /// Wait.
     Dwell(Dwell),
@@ -168,9 +169,9 @@ pub struct Motion {
     pub tool_axis_base: Option<[f64; 3]>,
     /// Bit i is set when this block has a word of axis i of [`AXIS_LETTERS`].
     pub programmed: u16,
-    /// True for SUPA, G53, M91: `end_base` is in machine coordinates of the axes, and no five-axis transformation is active for the
-    /// block. The active tool length still counts but for M91 and M92; where G53, G28 or G30 leave it out, it is switched off
-    /// for the block.
+    /// True for SUPA, G53, M91: `end_base` is in machine coordinates of the axes, and no five-axis
+    /// transformation is active for the block. The active tool length still counts but for M91 and M92; where
+    /// G53, G28 or G30 leave it out, it is switched off for the block.
     pub machine_coordinates: bool,
     /// Exact stop at the end of this block only (G9).
     pub exact_stop: bool,
@@ -195,8 +196,8 @@ pub enum RotarySolution {
     },
 }
 
-/// What F counts without tool center point control in a block that turns rotary axes: the speed along the vector of the axes, each
-/// with its factor.
+/// What F counts without tool center point control in a block that turns rotary axes: the speed along the
+/// vector of the axes, each with its factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FeedCounts {
     /// X, Y, Z: 1 where the axis counts, 0 where it only arrives at the same time.
@@ -235,7 +236,8 @@ impl FeedCounts {
 pub struct ArcMotion {
     /// End of the motion.
     pub motion: Motion,
-    /// Center in the active work frame, mm. Along the normal of the plane it has a meaning only where the end has a value.
+    /// Center in the active work frame, mm. Along the normal of the plane it has a meaning only where the end
+    /// has a value.
     pub center: [f64; 3],
     /// Center in base coordinates, mm; along the normal as above.
     pub center_base: [f64; 3],
@@ -243,15 +245,16 @@ pub struct ArcMotion {
     pub normal: [f64; 3],
     /// The same normal in base coordinates.
     pub normal_base: [f64; 3],
-    /// Radius at the start in base coordinates, mm. The radius at the end is the same but for arcs of more than half a turn
-    /// between close points, where rounding of the program leaves a difference within the tolerance of the reader.
+    /// Radius at the start in base coordinates, mm. The radius at the end is the same but for arcs of more
+    /// than half a turn between close points, where rounding of the program leaves a difference within the
+    /// tolerance of the reader.
     pub radius: f64,
     /// Angle run through, radian, above zero; over two pi for several turns.
     pub sweep: f64,
 }
 
-/// Cubic Bezier curve from the position before; end and orientation as in [`Motion`]. A quadratic one comes raised to cubic,
-/// which is the same curve.
+/// Cubic Bezier curve from the position before; end and orientation as in [`Motion`]. A quadratic one comes
+/// raised to cubic, which is the same curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SplineMotion {
     /// End of the motion.
@@ -262,7 +265,8 @@ pub struct SplineMotion {
     pub control_base: [[f64; 3]; 2],
 }
 
-/// Motion towards a probed surface. What the probe finds is not known to the reader: the twin runs to the end and says so.
+/// Motion towards a probed surface. What the probe finds is not known to the reader: the twin runs to the end
+/// and says so.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProbeMotion {
     /// Farthest point.
@@ -370,8 +374,9 @@ pub enum Offset {
         /// Corner radius.
         corner_radius: f64,
     },
-    /// With tool center point control, the point that stays on the workpiece while rotary axes turn: ahead of the tip by so much, away
-    /// from the holder, as if the tool were longer (PLANE with MOVE and DIST). 0: the tip.
+    /// With tool center point control, the point that stays on the workpiece while rotary axes turn: ahead of
+    /// the tip by so much, away from the holder, as if the tool were longer (PLANE with MOVE and DIST). 0:
+    /// the tip.
     TurnCenter {
         /// Distance from the tip, mm.
         ahead: f64,
@@ -388,8 +393,8 @@ pub enum Offset {
 pub struct FrameChange {
     /// The word that changed it.
     pub word: String,
-    /// Rotation, row by row (3 x 3, orthonormal; a mirror has determinant -1). Under SCALE the columns have the lengths of
-    /// the factors.
+    /// Rotation, row by row (3 x 3, orthonormal; a mirror has determinant -1). Under SCALE the columns have
+    /// the lengths of the factors.
     pub rotation: [[f64; 3]; 3],
     /// Translation, mm.
     pub translation: [f64; 3],
@@ -432,7 +437,8 @@ pub enum PathMode {
 
 /// Cutter radius compensation (G40, G41, G42; R0, RL, RR).
 ///
-/// The ends of motions stay as programmed unless [`crate::Settings::compensation`] asks for the path of the tool center.
+/// The ends of motions stay as programmed unless [`crate::Settings::compensation`] asks for the path of the
+/// tool center.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutterComp {
     /// On which side of the contour the tool runs, seen along the motion.

@@ -70,8 +70,8 @@ impl Frame {
         frame
     }
 
-    /// Turns by angles in degrees, each about an axis as the turns before have left it; in the reverse order they are turns
-    /// about fixed axes.
+    /// Turns by angles in degrees, each about an axis as the turns before have left it; in the reverse order
+    /// they are turns about fixed axes.
     pub(crate) fn turned(turns: impl IntoIterator<Item = (usize, f64)>) -> Self {
         turns.into_iter().fold(Self::IDENTITY, |before, (axis, degrees)| before.then(&Self::rotation(axis, degrees)))
     }

@@ -1,25 +1,29 @@
-//! NC program text to canonical commands, and back. Knows nothing about machines: no tool lengths, no kinematics, no limits.
+//! NC program text to canonical commands, and back. Knows nothing about machines: no tool lengths, no
+//! kinematics, no limits.
 //!
-//! **Data in and out.** In: program text and [`Settings`] (work offsets, values of variables, limits). Out: [`Command`]s with
-//! their place in the text. Lengths are mm, angles radian, times seconds, whatever the unit of the program. Every motion
-//! carries its end twice: `end` in the active work frame, as programmed, and `end_base` after all offsets, frames, mirrors
-//! and scales, tool length not applied. With tool center point control on (TRAORI), base coordinates are fixed to the table;
-//! with it off, they are those of the machine's linear axes at the tool tip; with all rotary axes at zero both are the same. A
-//! coordinate that the program has not set has no value.
+//! **Data in and out.** In: program text and [`Settings`] (work offsets, values of variables, limits). Out:
+//! [`Command`]s with their place in the text. Lengths are mm, angles radian, times seconds, whatever the unit
+//! of the program. Every motion carries its end twice: `end` in the active work frame, as programmed, and
+//! `end_base` after all offsets, frames, mirrors and scales, tool length not applied. With tool center point
+//! control on (TRAORI), base coordinates are fixed to the table; with it off, they are those of the machine's
+//! linear axes at the tool tip; with all rotary axes at zero both are the same. A coordinate that the program
+//! has not set has no value.
 //!
 //! **Main types.**
 //! * [`Program`] – an iterator of commands; nothing that was executed is kept, so length of a program costs no memory.
 //! * [`Command`], [`Op`] – what the control is to do.
-//! * [`Diagnostic`] – what is wrong, with file, line, column, remedy and a stable code of [`CODES`]; [`check`] collects them.
+//! * [`Diagnostic`] – what is wrong, with file, line, column, remedy and a stable code of [`CODES`];
+//!   [`check`] collects them.
 //! * [`Survey`] – a whole program read at once: all its faults, and the text that its run does not reach ([`NotRun`]).
 //! * [`JsonWriter`] – commands as JSON lines.
 //! * [`post`] – commands back to text.
 //!
-//! **Algorithm and sources.** Hand-written scanner and Pratt parser for each line; an index of the structure of a file (loops,
-//! branches, labels, subprograms) made once; execution line by line in one channel that all languages share: calls, recovery, feed and
-//! spindle, motions, courses of holes, formulas. Language of the Siemens reader: Siemens, *SINUMERIK 840D
-//! sl, NC programming*, chapters on frames, control structures, transformations, cycles. The README's table says word by word
-//! what is supported, approximated, ignored with a note, or refused by name.
+//! **Algorithm and sources.** Hand-written scanner and Pratt parser for each line; an index of the structure
+//! of a file (loops, branches, labels, subprograms) made once; execution line by line in one channel that all
+//! languages share: calls, recovery, feed and spindle, motions, courses of holes, formulas. Language of the
+//! Siemens reader: Siemens, *SINUMERIK 840D sl, NC programming*, chapters on frames, control structures,
+//! transformations, cycles. The README's table says word by word what is supported, approximated, ignored
+//! with a note, or refused by name.
 //!
 //! **Limits.** The README says word by word what each dialect supports. Rounding of corners is
 //! handed on as a tolerance. An action that a machine builder assigns to an M word is named in a

@@ -41,7 +41,8 @@ pub(crate) enum KinematicsKind {
 }
 
 impl Settings {
-    /// Refuses a word that switches on what the machine does not list. Where no machine is known every kinematics is taken.
+    /// Refuses a word that switches on what the machine does not list. Where no machine is known every
+    /// kinematics is taken.
     pub(crate) fn check_kinematics(&self, kind: KinematicsKind, word: &str, span: Span) -> Result<(), Fault> {
         let Some(listed) = &self.kinematics else { return Ok(()) };
         let (has, what, value) = match kind {

@@ -1,5 +1,5 @@
-//! M1 with a spindle that turns: on many controls the stop ends the turning too, and a program that cuts on without a new M3 or M4
-//! depends on a switch of the operator.
+//! M1 with a spindle that turns: on many controls the stop ends the turning too, and a program that cuts on
+//! without a new M3 or M4 depends on a switch of the operator.
 //!
 //! ```text
 //!   M3 ... M1 ... G1      switch off: the spindle turns in G1     switch on: many controls have stopped it

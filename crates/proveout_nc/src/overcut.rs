@@ -36,7 +36,8 @@ pub struct Overcut {
 pub enum OvercutKind {
     /// The tool does not fit between two parts of the contour.
     Narrow,
-    /// As [`OvercutKind::Narrow`], but the path is higher than the block that is cut was: it is one where that wall reaches up.
+    /// As [`OvercutKind::Narrow`], but the path is higher than the block that is cut was: it is one where
+    /// that wall reaches up.
     Above,
     /// The tool runs into the free start or end of the contour.
     ContourEnd,

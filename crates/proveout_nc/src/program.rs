@@ -184,8 +184,8 @@ impl Iterator for Program {
     }
 }
 
-/// The dialect in which a control reads the text: its own, and on a TNC that of the text. It reads programs of its own language
-/// only.
+/// The dialect in which a control reads the text: its own, and on a TNC that of the text. It reads programs
+/// of its own language only.
 fn spoken(dialect: Dialect, source: &Source, settings: &Settings) -> Result<Dialect, Diagnostics> {
     let control = &settings.control;
     match (control.dialect(), dialect) {
@@ -226,8 +226,9 @@ fn first(faults: Diagnostics) -> Diagnostic {
     faults.0.into_iter().next().unwrap_or_else(|| unreachable!("a program is refused with a fault"))
 }
 
-/// Everything that can be found wrong with a program: all faults of its lines, its structure and its run, and what is wrong
-/// with it as a whole. Empty when the program runs to its end, with motion, and nothing of its own text is left out.
+/// Everything that can be found wrong with a program: all faults of its lines, its structure and its run, and
+/// what is wrong with it as a whole. Empty when the program runs to its end, with motion, and nothing of its
+/// own text is left out.
 pub fn check(path: impl AsRef<Path>, settings: &Settings) -> Vec<Diagnostic> {
     all(Survey::of_file(path, settings, &mut |_, _| None))
 }

@@ -99,10 +99,11 @@ impl<'a> Scanner<'a> {
         (self.pos > start).then_some(value)
     }
 
-    /// Takes a decimal number without exponent: `[+-]? digits [. digits]` or `[+-]? . digits`. Stays where there is none.
+    /// Takes a decimal number without exponent: `[+-]? digits [. digits]` or `[+-]? . digits`. Stays where
+    /// there is none.
     ///
-    /// Up to 15 digits, the quotient of two exact doubles is the correctly rounded value (Clinger 1990, fast path); longer
-    /// numbers take the general way.
+    /// Up to 15 digits, the quotient of two exact doubles is the correctly rounded value (Clinger 1990, fast
+    /// path); longer numbers take the general way.
     pub(crate) fn decimal(&mut self) -> Option<f64> {
         const POWERS: [f64; 16] =
             [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];

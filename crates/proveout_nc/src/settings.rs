@@ -92,7 +92,8 @@ pub struct ToolRadii {
     pub by_offset: BTreeMap<u32, f64>,
     /// By the tool in the spindle; used where the program names no offset, or one that is not in `by_offset`.
     pub by_tool: BTreeMap<ToolName, f64>,
-    /// An offset has the number of its tool: one that is neither in `by_offset` nor that of the tool in the spindle is not known.
+    /// An offset has the number of its tool: one that is neither in `by_offset` nor that of the tool in the
+    /// spindle is not known.
     pub offset_is_tool: bool,
 }
 
@@ -139,8 +140,8 @@ pub struct Limits {
 }
 
 impl Default for Limits {
-    /// 32 calls deep (an 840D allows 16), two million passes, one million of them without motion, ten million blocks, a million
-    /// elements. The longest programs of finishing cuts have some five million blocks.
+    /// 32 calls deep (an 840D allows 16), two million passes, one million of them without motion, ten million
+    /// blocks, a million elements. The longest programs of finishing cuts have some five million blocks.
     fn default() -> Self {
         Self {
             max_call_depth: 32,
@@ -183,8 +184,8 @@ pub struct Settings {
     /// Where the axes are before the first block: coordinates of the work offset that is then in
     /// force, mm and radian.
     pub start_position: AxisValues,
-    /// Feed of motions before the program gives one, mm/min; where it is used the program is `assumed` to run at it. None: such
-    /// motions are refused, in CL data (APT) they come without a feed and with a note.
+    /// Feed of motions before the program gives one, mm/min; where it is used the program is `assumed` to run
+    /// at it. None: such motions are refused, in CL data (APT) they come without a feed and with a note.
     pub default_feed_mm_per_min: Option<f64>,
     /// Path of the orientation before the program says otherwise.
     pub orientation_interpolation: OrientationInterpolation,

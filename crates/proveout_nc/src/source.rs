@@ -126,7 +126,8 @@ impl Source {
         taken
     }
 
-    /// Statements that the control writes in a language of its own become those of the reader; lines stay where they are.
+    /// Statements that the control writes in a language of its own become those of the reader; lines stay
+    /// where they are.
     pub(crate) fn speak_as(&mut self, control: &crate::control::Control) {
         if control.depth_in_i {
             self.text = crate::dialect::fagor_text(&self.text);

@@ -184,9 +184,10 @@ impl Position {
     /// The tool has moved in machine coordinates: these linear axes have no programmed position any
     /// more, these rotary axes are where they were sent.
     ///
-    /// `in_table`: base coordinates are those of the table (tool center point control, tilted plane). There each of the three
-    /// depends on all axes of the machine, so that a motion of one of them leaves none known: with B at 90 degrees a retraction
-    /// in Z moves the tip along X of the table, and the X that the program has set last is no longer where the tip is.
+    /// `in_table`: base coordinates are those of the table (tool center point control, tilted plane). There
+    /// each of the three depends on all axes of the machine, so that a motion of one of them leaves none
+    /// known: with B at 90 degrees a retraction in Z moves the tip along X of the table, and the X that the
+    /// program has set last is no longer where the tip is.
     pub(crate) fn moved_in_machine(&mut self, end: &AxisValues, programmed: u16, in_table: bool) {
         let lost = if in_table { programmed | LINEAR } else { programmed };
         for axis in (0..3).filter(|axis| lost >> axis & 1 == 1) {

@@ -1,4 +1,5 @@
-//! What the commands of a run say of the whole program: how many they are, whether it moves and ends, what was taken for granted.
+//! What the commands of a run say of the whole program: how many they are, whether it moves and ends, what
+//! was taken for granted.
 //!
 //! Every command that shows a program counts with this: a survey, the commands of a program as text, a post.
 
@@ -96,7 +97,8 @@ impl Tally {
         }
     }
 
-    /// What the readers take for granted, and the notes, in the order of the run. `compensated`: the path is that of the tool center.
+    /// What the readers take for granted, and the notes, in the order of the run. `compensated`: the path is
+    /// that of the tool center.
     pub(crate) fn remarks(self, compensated: bool) -> (Vec<Remark>, Vec<Remark>) {
         let mut assumptions = self.assumptions.all;
         if let Some((file, line)) = self.uncompensated.filter(|_| !compensated) {

@@ -46,8 +46,8 @@ pub enum AxisRule {
         /// Towards k.
         tilt: f64,
     },
-    /// Inclined to n by `inclination`, in the direction that `tilt` turns from f towards k (Sturz angle and its direction):
-    /// `cos i n + sin i (cos t f + sin t k)`.
+    /// Inclined to n by `inclination`, in the direction that `tilt` turns from f towards k (Sturz angle and
+    /// its direction): `cos i n + sin i (cos t f + sin t k)`.
     InclinationTilt {
         /// From the normal.
         inclination: f64,
@@ -70,8 +70,8 @@ pub enum AxisRule {
     },
     /// Between unit vectors that are given at parts of the line's length, 0 to 1 ascending, on great circles.
     Interpolated(Vec<(f64, Vector)>),
-    /// Along the ruling, by the two points at these parts of it, each offset along its own normal: of [`super::Flank`] alone, whose lines name
-    /// their rulings.
+    /// Along the ruling, by the two points at these parts of it, each offset along its own normal: of
+    /// [`super::Flank`] alone, whose lines name their rulings.
     Ruling {
         /// 0 to 1, ascending; the cutter's tip lies beyond 0.
         points: [f64; 2],
@@ -120,8 +120,8 @@ impl AxisRule {
         Ok(())
     }
 
-    /// The axis at a place; `part` is the part of the line's length up to it. None where the rule has no direction (a normal along the
-    /// table's axis), and of [`Self::Ruling`], which needs more than a place.
+    /// The axis at a place; `part` is the part of the line's length up to it. None where the rule has no
+    /// direction (a normal along the table's axis), and of [`Self::Ruling`], which needs more than a place.
     pub fn axis(&self, place: &PathPoint, part: f64) -> Option<Vector> {
         let PathPoint { normal: n, feed: f, across: k, .. } = place;
         match self {

@@ -2,9 +2,9 @@
 
 use super::{PathError, Ruling};
 
-/// A cubic spline through nodes with continuous second derivative. The ends are free of a condition of their own: the first and
-/// the last two pieces are one cubic each (de Boor 1978, chapter IV, "not-a-knot"), so that smooth data are met to fourth order up
-/// to the ends. Two nodes give a straight line, three a parabola.
+/// A cubic spline through nodes with continuous second derivative. The ends are free of a condition of their
+/// own: the first and the last two pieces are one cubic each (de Boor 1978, chapter IV, "not-a-knot"), so
+/// that smooth data are met to fourth order up to the ends. Two nodes give a straight line, three a parabola.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spline {
     x: Vec<f64>,
@@ -27,8 +27,9 @@ impl Spline {
         if n == 3 {
             bend.fill(2.0 * (slope[1] - slope[0]) / (h[0] + h[1]));
         } else if n > 3 {
-            // h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (s_i - s_{i-1}) for the inner nodes; the third derivative
-            // is continuous at the second and the last but one node, which eliminates M_0 and M_{n-1}.
+            // h_{i-1} M_{i-1} + 2 (h_{i-1} + h_i) M_i + h_i M_{i+1} = 6 (s_i - s_{i-1}) for the inner nodes;
+            // the third derivative is continuous at the second and the last but one node, which eliminates
+            // M_0 and M_{n-1}.
             let m = n - 2;
             let mut low: Vec<f64> = (0..m).map(|i| h[i]).collect();
             let mut mid: Vec<f64> = (0..m).map(|i| 2.0 * (h[i] + h[i + 1])).collect();

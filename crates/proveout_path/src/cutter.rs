@@ -1,4 +1,5 @@
-//! From contact to cutter location, for any convex cutter of revolution: ball, bull-nose, drum wheel, barrel, lens, general APT.
+//! From contact to cutter location, for any convex cutter of revolution: ball, bull-nose, drum wheel, barrel,
+//! lens, general APT.
 //!
 //! In the half plane through the axis T and the contact, with r from the axis towards the contact and z along the axis,
 //!
@@ -11,11 +12,12 @@
 //!        +------> r        tip = contact - r e_r - z T,    e_r = -(n - (n.T) T) / |n - (n.T) T|
 //! ```
 //!
-//! which for a disk of radius D/2 - R thickened by R is equation (2.8) of Cui et al. 2022 with its vector normalized. The cutter's
-//! curvatures at the contact are 1/R of its arc in the half plane and `d_r / r` round the axis (Meusnier).
+//! which for a disk of radius D/2 - R thickened by R is equation (2.8) of Cui et al. 2022 with its vector
+//! normalized. The cutter's curvatures at the contact are 1/R of its arc in the half plane and `d_r / r`
+//! round the axis (Meusnier).
 //!
-//! The cutter is convex, so that the distance of its skin from a plane with normal n is that of its support point, exactly:
-//! [`PathCutter::gap`] judges poses between two contacts by it.
+//! The cutter is convex, so that the distance of its skin from a plane with normal n is that of its support
+//! point, exactly: [`PathCutter::gap`] judges poses between two contacts by it.
 
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::{Profile, Segment};
@@ -69,8 +71,9 @@ impl PathCutter {
         self.ball
     }
 
-    /// Support point `[r, z]` in the direction `[d_r >= 0, d_z]` of unit length, with the curvature of the profile there. On a flat the
-    /// point nearest to an arc that ends it: the rim of a wheel's face, the lower end of a cylinder.
+    /// Support point `[r, z]` in the direction `[d_r >= 0, d_z]` of unit length, with the curvature of the
+    /// profile there. On a flat the point nearest to an arc that ends it: the rim of a wheel's face, the
+    /// lower end of a cylinder.
     fn support(&self, d: [f64; 2]) -> ([f64; 2], f64) {
         let flat = FLAT * (self.profile.max_radius() + self.profile.z_max() - self.profile.z_min());
         let mut best = ([0.0, 0.0], 0.0);
@@ -135,8 +138,8 @@ impl PathCutter {
         CutterTouch { pose, radial, on_profile, form }
     }
 
-    /// Signed distance of the cutter in a pose from the plane through `point` with the unit normal n, mm: negative where the cutter
-    /// reaches below it.
+    /// Signed distance of the cutter in a pose from the plane through `point` with the unit normal n, mm:
+    /// negative where the cutter reaches below it.
     ///
     /// ```
     /// use proveout_geom::{Point, ToolPose, Vector};
@@ -158,11 +161,12 @@ impl PathCutter {
     }
 }
 
-/// Curvature across the feed of the surface that the moving cutter leaves, 1/mm, positive as the cutter is convex; none where the
-/// cutter is locally larger than the surface.
+/// Curvature across the feed of the surface that the moving cutter leaves, 1/mm, positive as the cutter is
+/// convex; none where the cutter is locally larger than the surface.
 ///
-/// The envelope touches the surface along the path, so that both share the normals on it and with them the first row of their forms,
-/// `[-s_ff, -s_fk]` as seen from the cutter; and it touches the cutter along a curve, so that `det(C - E) = 0`:
+/// The envelope touches the surface along the path, so that both share the normals on it and with them the
+/// first row of their forms, `[-s_ff, -s_fk]` as seen from the cutter; and it touches the cutter along a
+/// curve, so that `det(C - E) = 0`:
 ///
 /// ```text
 ///   e = c_kk - (c_fk + s_fk)^2 / (c_ff + s_ff)
@@ -174,7 +178,8 @@ pub fn envelope_across(cutter: &Form, surface: &Form) -> Option<f64> {
     (along > 0.0 && along * across > mixed * mixed).then(|| cutter[2] - mixed * mixed / along)
 }
 
-/// Where a cutter does not fit: its curvature and the hollowness of the surface in the direction in which they differ least.
+/// Where a cutter does not fit: its curvature and the hollowness of the surface in the direction in which
+/// they differ least.
 pub(crate) fn overlap(cutter: &Form, surface: &Form) -> Option<[f64; 2]> {
     let [a, b, c] = std::array::from_fn(|i| cutter[i] + surface[i]);
     let least = 0.5 * (a + c) - (0.25 * (a - c) * (a - c) + b * b).sqrt();

@@ -8,7 +8,8 @@ use super::{
 /// Least way along or across the lines, part of the domain.
 pub(super) const LEAST_WAY: f64 = 1e-6;
 
-/// Lines along the blade on which the part of the section's length is constant (or the surface's own u): the usual lines of a CAM system.
+/// Lines along the blade on which the part of the section's length is constant (or the surface's own u): the
+/// usual lines of a CAM system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct IsoParametric {
     /// [`Label::Length`] or [`Label::Surface`].
@@ -21,8 +22,8 @@ pub struct IsoParametric {
     pub spacing: Spacing,
 }
 
-/// Lines along the blade on which the polar angle is constant (Lu, Yang and Zhao 2022): both edges have the same angle in every section, so
-/// that no line crosses an edge.
+/// Lines along the blade on which the polar angle is constant (Lu, Yang and Zhao 2022): both edges have the
+/// same angle in every section, so that no line crosses an edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuasiCircle {
     /// How far the branch points lie inside of the edges, parts of the chord.

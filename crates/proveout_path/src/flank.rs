@@ -1,4 +1,5 @@
-//! Ruled sides cut with the flank of a cylinder or cone (side milling): the axis from two points of the ruling, and what that leaves.
+//! Ruled sides cut with the flank of a cylinder or cone (side milling): the axis from two points of the
+//! ruling, and what that leaves.
 //!
 //! ```text
 //!         P2 ---- rho2 ----- C2        C_i = P_i + rho_i n_i         rho = r / cos(alpha): along the normal from the skin to the axis

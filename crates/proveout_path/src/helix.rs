@@ -1,5 +1,6 @@
-//! A ball end mill on a helix round a blade, with the tool axis at a fixed lead in the section: how a CAM system programs the
-//! region near a root for a table that turns the blade about X and a head that is tilted once.
+//! A ball end mill on a helix round a blade, with the tool axis at a fixed lead in the section: how a CAM
+//! system programs the region near a root for a table that turns the blade about X and a head that is tilted
+//! once.
 //!
 //! ```text
 //!            t  travel (counter-clockwise round the section)

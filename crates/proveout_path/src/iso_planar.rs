@@ -1,4 +1,5 @@
-//! Lines in parallel planes: curves `N . S(u, v) = d`, followed by predictor and corrector (Allgower and Georg 1990, chapter 3).
+//! Lines in parallel planes: curves `N . S(u, v) = d`, followed by predictor and corrector (Allgower and
+//! Georg 1990, chapter 3).
 
 use std::cell::RefCell;
 
@@ -64,7 +65,8 @@ impl PlaneCut<'_> {
         self.surface.local(u, v).point.coords.dot(&self.normal) - self.distance
     }
 
-    /// Direction of the curve in the parameter plane for each mm, the same in space; none where the surface touches the plane.
+    /// Direction of the curve in the parameter plane for each mm, the same in space; none where the surface
+    /// touches the plane.
     fn direction(&self, [u, v]: [f64; 2]) -> Option<([f64; 2], Vector)> {
         let [su, sv] = self.surface.local(u, v).first;
         let (gu, gv) = (su.dot(&self.normal), sv.dot(&self.normal));

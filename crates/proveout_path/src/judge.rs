@@ -1,12 +1,13 @@
-//! What a path asks of a machine, before anything moves: joint positions at every contact, their way, their rates for each mm of the
-//! contact's path, the feed that the joint limits allow, the distance to poles.
+//! What a path asks of a machine, before anything moves: joint positions at every contact, their way, their
+//! rates for each mm of the contact's path, the feed that the joint limits allow, the distance to poles.
 //!
-//! With q the joints at the contacts and s the length of the contacts' path, a block asks `|q_i - q_(i-1)| / (s_i - s_(i-1))` of each
-//! joint for each mm, and its limit allows a feed of `limit |s_i - s_(i-1)| / |q_i - q_(i-1)|` at the contact: the measures of Lu et al.
-//! 2022, section 4, by the blocks that the program will have. The legs of platforms count as joints of their own.
+//! With q the joints at the contacts and s the length of the contacts' path, a block asks `|q_i - q_(i-1)| /
+//! (s_i - s_(i-1))` of each joint for each mm, and its limit allows a feed of `limit |s_i - s_(i-1)| / |q_i -
+//! q_(i-1)|` at the contact: the measures of Lu et al. 2022, section 4, by the blocks that the program will
+//! have. The legs of platforms count as joints of their own.
 //!
-//! Without tool center point control the joints move straight from block to block and the tip does not: its distance from its chord is
-//! looked at 20 places inside of every block.
+//! Without tool center point control the joints move straight from block to block and the tip does not: its
+//! distance from its chord is looked at 20 places inside of every block.
 
 use proveout_geom::{Pose, ToolPose};
 use proveout_machine::{JointValues, Machine};
@@ -73,8 +74,8 @@ pub struct PathJudgement {
     pub joints: Vec<JointDemand>,
     /// Joint positions at the contacts of every line.
     pub positions: Vec<Vec<JointValues>>,
-    /// Feed that joint limits allow in the block that ends at each contact, mm/s; infinite where nothing limits it. For the first
-    /// contact of a line that of the second.
+    /// Feed that joint limits allow in the block that ends at each contact, mm/s; infinite where nothing
+    /// limits it. For the first contact of a line that of the second.
     pub feeds: Vec<Vec<f64>>,
     /// Lowest of them.
     pub lowest_feed: Option<Extreme>,

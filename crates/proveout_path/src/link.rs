@@ -10,9 +10,10 @@
 //!        '------------------------'                 \____/
 //! ```
 //!
-//! The cutter is lifted along the normal, goes out along its axis (over a face: along the face's mean normal) until its tip is outside
-//! of the cylinder (the plane), and is led there, its axis keeping its parts along, round and out of the cylinder. What is led like this
-//! is a proposal: the collision gate of a run is what proves it free.
+//! The cutter is lifted along the normal, goes out along its axis (over a face: along the face's mean normal)
+//! until its tip is outside of the cylinder (the plane), and is led there, its axis keeping its parts along,
+//! round and out of the cylinder. What is led like this is a proposal: the collision gate of a run is what
+//! proves it free.
 
 use proveout_blade::ParametricSurface;
 use proveout_geom::{Point, ToolPose, Vector};
@@ -31,8 +32,8 @@ pub struct Move {
 /// Distances of the motions between lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkRule {
-    /// Way along the normal at feed, before and after a line, mm. Lines that begin nearer than this to the end of the one before are reached
-    /// at this height.
+    /// Way along the normal at feed, before and after a line, mm. Lines that begin nearer than this to the
+    /// end of the one before are reached at this height.
     pub lift: f64,
     /// Distance of cylinder or plane from the outermost point of the surface with its allowance, mm.
     pub clearance: f64,

@@ -1,5 +1,5 @@
-//! Rings inside each other: the rim of a field of the parameter plane, moved inwards by the same part on all sides ("pocketing" of Lu et
-//! al. 2022, section 4).
+//! Rings inside each other: the rim of a field of the parameter plane, moved inwards by the same part on all
+//! sides ("pocketing" of Lu et al. 2022, section 4).
 //!
 //! ```text
 //!   v ^  +-------------+      ring k: u and v from the rim by the part p_k of the field

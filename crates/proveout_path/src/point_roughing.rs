@@ -1,5 +1,6 @@
-//! A blade from solid in layers: lines round the sections at a falling allowance, from the outside in. In each layer the cutter touches a
-//! surface that lies its allowance outside of the blade, with a point (point milling), so that the same cutter and axes as for finishing do.
+//! A blade from solid in layers: lines round the sections at a falling allowance, from the outside in. In
+//! each layer the cutter touches a surface that lies its allowance outside of the blade, with a point (point
+//! milling), so that the same cutter and axes as for finishing do.
 
 use super::{
     Line, PathError, Spacing, Strategy, Task,
@@ -54,7 +55,8 @@ impl Strategy for PointRoughing {
         PathError::within("the start round the section", self.start, 0.0, 1.0)?;
         let u = [self.start, self.start + 1.0].map(|part| within(domain.u, part));
         let family = Round { u, v: domain.v };
-        // Lines lie as the finished surface asks: outside of it ridges between them are higher by the factor of the offset.
+        // Lines lie as the finished surface asks: outside of it ridges between them are higher by the factor
+        // of the offset.
         let lines = task.family(&family, self.range, &self.spacing)?;
         let mut all = Vec::new();
         for (k, allowance) in self.layers().into_iter().enumerate() {

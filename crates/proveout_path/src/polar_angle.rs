@@ -1,7 +1,9 @@
-//! The polar angle of the Joukowski pre-image of a point of a standardized section (Lu, Yang and Zhao 2022, equations (3) to (7),
-//! doi:10.21203/rs.3.rs-1213345/v1), with the branch and the exact formulas that the paper does not give.
+//! The polar angle of the Joukowski pre-image of a point of a standardized section (Lu, Yang and Zhao 2022,
+//! equations (3) to (7), doi:10.21203/rs.3.rs-1213345/v1), with the branch and the exact formulas that the
+//! paper does not give.
 //!
-//! With `z = a (rho e^(i theta))` and `sigma = z + a^2 / z`, 2a half of the distance of the branch points and rho = e^psi:
+//! With `z = a (rho e^(i theta))` and `sigma = z + a^2 / z`, 2a half of the distance of the branch points and
+//! rho = e^psi:
 //!
 //! ```text
 //!   x / 2a = cosh psi cos theta        y / 2a = sinh psi sin theta

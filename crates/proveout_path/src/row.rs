@@ -1,5 +1,5 @@
-//! One row along the blade, as a grinder with a wheel cuts it (Cui et al. 2022): usually with the tool axis between the leans at both
-//! edge plates ([`super::AxisRule::Interpolated`]).
+//! One row along the blade, as a grinder with a wheel cuts it (Cui et al. 2022): usually with the tool axis
+//! between the leans at both edge plates ([`super::AxisRule::Interpolated`]).
 
 use super::{
     Label, Line, PathError, SECTIONS, Sections, Strategy, Task,

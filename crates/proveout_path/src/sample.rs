@@ -1,4 +1,5 @@
-//! Contacts along a line: the step from the chord error, the tool axis from its rule, the cutter location from the contact.
+//! Contacts along a line: the step from the chord error, the tool axis from its rule, the cutter location
+//! from the contact.
 //!
 //! A control leads the tip straight and the axis on a great circle from one contact to the next.
 //! The error at a contact between them is the signed distance of the cutter, in its pose there,
@@ -92,7 +93,8 @@ pub struct Sampler<'a> {
 
 /// Shortest step, mm: a line that needs shorter ones has a corner, which no step resolves.
 const SHORTEST: f64 = 1e-6;
-/// Part of the chord error that a step is planned for: the rest covers what its curvature does between the places where it is looked at.
+/// Part of the chord error that a step is planned for: the rest covers what its curvature does between the
+/// places where it is looked at.
 const PLANNED: f64 = 0.9;
 /// Pieces of the length table of a line.
 const PIECES: usize = 256;

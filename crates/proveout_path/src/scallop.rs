@@ -9,9 +9,10 @@
 //!    concave   h = rho - (rho-R)/rho sqrt(rho^2 - L^2/4) - sqrt(R^2 - ((rho-R) L / (2 rho))^2)
 //! ```
 //!
-//! L is the chord between the two contacts. All three are one: with a = half of the angle between the contacts seen from the center
-//! of the section, the centers of the cuts lie at `d = rho + R` from it, and the two cuts meet at `d cos a - sqrt(R^2 - d^2 sin^2 a)`
-//! from it. For a concave side rho and d are negative. In the form
+//! L is the chord between the two contacts. All three are one: with a = half of the angle between the
+//! contacts seen from the center of the section, the centers of the cuts lie at `d = rho + R` from it, and
+//! the two cuts meet at `d cos a - sqrt(R^2 - d^2 sin^2 a)` from it. For a concave side rho and d are
+//! negative. In the form
 //!
 //! ```text
 //!    k = 1/rho,  s = L/2,  c = sqrt(1 - k^2 s^2) = cos a,   1 - c = k^2 s^2 / (1 + c)
@@ -28,8 +29,8 @@ const SAME_HEIGHT: f64 = 1e-14;
 /// Width of the bracket at which the search ends, part of the step.
 const NARROW: f64 = 1e-15;
 
-/// Height of the ridge between two contacts a chord `step` (mm) apart, mm: cut of `cutter_curvature`, surface of `curvature` (1/mm,
-/// positive where convex). None where the two cuts do not meet.
+/// Height of the ridge between two contacts a chord `step` (mm) apart, mm: cut of `cutter_curvature`, surface
+/// of `curvature` (1/mm, positive where convex). None where the two cuts do not meet.
 ///
 /// ```
 /// use proveout_path::scallop_height;
@@ -54,8 +55,8 @@ pub fn scallop_height(cutter_curvature: f64, curvature: f64, step: f64) -> Optio
     Some(rise - sag)
 }
 
-/// The chord between two contacts that leaves ridges of this height, mm. None where the cutter does not fit the surface, or no step
-/// leaves so high a ridge.
+/// The chord between two contacts that leaves ridges of this height, mm. None where the cutter does not fit
+/// the surface, or no step leaves so high a ridge.
 ///
 /// ```
 /// use proveout_path::side_step;

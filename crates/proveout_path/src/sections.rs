@@ -1,5 +1,5 @@
-//! Sections v = constant of a closed surface with a label that runs round them: part of the length, or polar angle. A line of a path
-//! is where the label is constant.
+//! Sections v = constant of a closed surface with a label that runs round them: part of the length, or polar
+//! angle. A line of a path is where the label is constant.
 //!
 //! The section fit of Lu et al. 2022, section 3.1: the two points of a section that are farthest
 //! apart are its edges. A similarity that brings the trailing one to (0.5, 0) and the leading one
@@ -24,10 +24,11 @@ use super::{
 /// What is constant along a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Label {
-    /// Part of the section's length from its start, 0 to 1: the chord-length parameter (equation (2)) of infinitely many points.
+    /// Part of the section's length from its start, 0 to 1: the chord-length parameter (equation (2)) of
+    /// infinitely many points.
     Length,
-    /// theta / 2 pi. `focus_inside`: how far the branch points lie inside of the edges, parts of the chord; 0 is the paper's, half of
-    /// the nose radius is Theodorsen's and makes the angle regular at the edge.
+    /// theta / 2 pi. `focus_inside`: how far the branch points lie inside of the edges, parts of the chord; 0
+    /// is the paper's, half of the nose radius is Theodorsen's and makes the angle regular at the edge.
     PolarAngle {
         /// Parts of the chord.
         focus_inside: f64,
@@ -157,7 +158,8 @@ impl<'a> Sections<'a> {
             Label::PolarAngle { focus_inside } => {
                 let theta = (label * TAU).rem_euclid(TAU);
                 let period = high - low;
-                // From the trailing edge round: u = trailing + turn * x, x in 0 to the period; the leading edge is theta = pi.
+                // From the trailing edge round: u = trailing + turn * x, x in 0 to the period; the leading
+                // edge is theta = pi.
                 let [trailing, leading] = section.edges;
                 let at_leading = (section.turn * (leading - trailing)).rem_euclid(period);
                 if theta == 0.0 {
@@ -168,7 +170,8 @@ impl<'a> Sections<'a> {
                 }
                 let (mut a, mut b) = if theta < PI { (0.0, at_leading) } else { (at_leading, period) };
                 let off = |x: f64| section.theta(self.surface, trailing + section.turn * x, focus_inside) - theta;
-                // Regula falsi of Anderson and Bjorck 1973 with bisection where it stalls: theta grows like a root at the edges.
+                // Regula falsi of Anderson and Bjorck 1973 with bisection where it stalls: theta grows like a
+                // root at the edges.
                 let (mut fa, mut fb) =
                     (if theta < PI { -theta } else { PI - theta }, if theta < PI { PI - theta } else { TAU - theta });
                 for round in 0..200 {
@@ -227,7 +230,8 @@ impl BladeLoop {
         }
         let of = |k: usize| range[0] + period * k as f64 / SCAN as f64;
         let mut edges = [of(pair.0), of(pair.1)];
-        // The distance is stationary: d = S(a) - S(b) across both tangents. Newton, held to the neighborhood of the pair.
+        // The distance is stationary: d = S(a) - S(b) across both tangents. Newton, held to the neighborhood
+        // of the pair.
         let reach = period / SCAN as f64;
         for _ in 0..60 {
             let [p, q] = edges.map(|u| surface.local(u, v));

@@ -64,8 +64,8 @@ pub trait Strategy: Debug {
     }
 }
 
-/// The lines of a strategy, each in the direction of the first one instead of to and fro: the chord of a line that points against that of the first
-/// is turned.
+/// The lines of a strategy, each in the direction of the first one instead of to and fro: the chord of a line
+/// that points against that of the first is turned.
 #[derive(Debug)]
 pub struct OneWay(pub Box<dyn Strategy>);
 
@@ -267,7 +267,8 @@ pub(crate) fn to_and_fro(lines: &mut [Line]) {
     }
 }
 
-/// Side steps and scallops of a line against the next one: the place of the next line in the plane across the feed, by Newton on t.
+/// Side steps and scallops of a line against the next one: the place of the next line in the plane across the
+/// feed, by Newton on t.
 fn fill_scallops(surface: &dyn ParametricSurface, path: &mut LineContacts, next: &Line) {
     let [start, end] = next.curve.range();
     let mut t = None;

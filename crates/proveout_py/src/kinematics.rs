@@ -17,7 +17,8 @@ use crate::{
 const POSE: [&str; 6] = ["x_mm", "y_mm", "z_mm", "i", "j", "k"];
 /// Most branches of a pose.
 const BRANCHES: usize = 2;
-/// A tool axis may miss the length one by this much, five digits; it is then normalized. As in tables of the command line.
+/// A tool axis may miss the length one by this much, five digits; it is then normalized. As in tables of the
+/// command line.
 const AXIS_LENGTH_TOLERANCE: f64 = 1e-5;
 
 /// Branches of poses: joints (n, 2, m), counts (n,), singular (n, 2), distance of the axis in degrees (n,).

@@ -1,7 +1,8 @@
 //! The Python module `proveout._proveout`: the twin as Python calls it.
 //!
-//! Thin: each function takes plain values, calls what the command line calls ([`proveout::front`]) and gives plain values back. Names,
-//! dataclasses and defaults for people are those of the Python package round it (`python/proveout`).
+//! Thin: each function takes plain values, calls what the command line calls ([`proveout::front`]) and gives
+//! plain values back. Names, dataclasses and defaults for people are those of the Python package round it
+//! (`python/proveout`).
 //!
 //! | module | does | data out |
 //! |---|---|---|
@@ -15,8 +16,8 @@
 //! | `scenes` | what a scene holds, and copies of it with other values | |
 //! | `errors` | faults as exceptions of `proveout.errors` | |
 //!
-//! Known limits: a run that is broken off ends at the next batch of the engine, some seconds of simulated time later; planning and
-//! reading are not broken off.
+//! Known limits: a run that is broken off ends at the next batch of the engine, some seconds of simulated
+//! time later; planning and reading are not broken off.
 
 mod arrays;
 mod errors;

@@ -26,7 +26,8 @@ pub(crate) fn scene_facts(py: Python<'_>, scene: PathBuf) -> PyResult<Py<PyDict>
     Ok(facts.unbind())
 }
 
-/// Writes the text of a scene with other values to `to`, so that it means the same from there; with `programs` these alone are in it.
+/// Writes the text of a scene with other values to `to`, so that it means the same from there; with
+/// `programs` these alone are in it.
 ///
 /// `values` are TOML documents `value = ...` by the path of their key; an empty document takes the key out.
 #[pyfunction]
@@ -91,8 +92,8 @@ fn make_absolute(table: &mut Table, folder: &Path) {
     }
 }
 
-/// Puts a value under a key such as `control.joint_limits.A.max_velocity_deg_s` or `program.original.file`: a table of a list is meant
-/// by its `name`, or by its number from 0.
+/// Puts a value under a key such as `control.joint_limits.A.max_velocity_deg_s` or `program.original.file`: a
+/// table of a list is meant by its `name`, or by its number from 0.
 fn put(table: &mut Table, key: &str, value: Option<Value>) -> Result<(), CommandError> {
     let wrong = |message: String| {
         CommandError::new(format!("{key}: {message}"), "write a dotted key, such as control.dynamics")

@@ -75,7 +75,8 @@ impl Table {
         format!("Table({} rows, {} columns)", self.0.num_rows(), self.0.num_columns())
     }
 
-    /// A column: numbers as a read-only numpy view of the table's memory, or with nan for null as an array of its own; texts as a list.
+    /// A column: numbers as a read-only numpy view of the table's memory, or with nan for null as an array of
+    /// its own; texts as a list.
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let array = self.array(name)?;
         let view = |data: &dyn Array, kind: &str| -> PyResult<Bound<'py, PyAny>> {

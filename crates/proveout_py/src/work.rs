@@ -88,7 +88,8 @@ impl CompletionFlag {
     }
 }
 
-/// Does some work on a thread of its own while the interpreter is free; `progress` is called with a share from 0 to 1 and a text.
+/// Does some work on a thread of its own while the interpreter is free; `progress` is called with a share
+/// from 0 to 1 and a text.
 ///
 /// # Errors
 /// The exception of the fault of the work, of a signal, of `progress`; an internal error in the place of a panic.

@@ -1,7 +1,8 @@
 //! `clearance.parquet`: what proves the least clearance of every pair of bodies.
 //!
-//! A row is a part of the motion of a pair in which it keeps apart by at least `distance_mm - motion_mm`. The rows of a pair follow each other along
-//! the motion, without a gap in time while both bodies are in place. See `docs/clearance.md`.
+//! A row is a part of the motion of a pair in which it keeps apart by at least `distance_mm - motion_mm`. The
+//! rows of a pair follow each other along the motion, without a gap in time while both bodies are in place.
+//! See `docs/clearance.md`.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Deviations of a surface counted in fine classes, so that shares and colors need no list of all points.
 //!
-//! A class holds values whose first 12 binary digits are the same: it is 0.025 percent of its value wide, far below what a picture
-//! shows.
+//! A class holds values whose first 12 binary digits are the same: it is 0.025 percent of its value wide, far
+//! below what a picture shows.
 
 use std::collections::BTreeMap;
 

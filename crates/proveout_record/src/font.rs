@@ -1,4 +1,5 @@
-//! Letters for pictures: 5 by 7 points, one byte a row, the highest of five bits to the left. Letters that hang lower are drawn higher.
+//! Letters for pictures: 5 by 7 points, one byte a row, the highest of five bits to the left. Letters that
+//! hang lower are drawn higher.
 
 /// Points of a letter along x and y.
 pub(crate) const SIZE: [usize; 2] = [5, 7];

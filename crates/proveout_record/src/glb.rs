@@ -40,9 +40,10 @@ pub(crate) fn write_glb_file(
     out.flush()
 }
 
-/// Writes a mesh as binary glTF. Vertices stay in mm and the frame of `picture`; the root node carries the scale to
-/// meter and the turn to Y up. `colors` (one a vertex) are turned from sRGB to linear light, as `COLOR_0` wants them;
-/// without them the material gets the color `plain`. `note` goes to the extras of the asset. A mesh without triangles gives a file whose only node has no mesh.
+/// Writes a mesh as binary glTF. Vertices stay in mm and the frame of `picture`; the root node carries the
+/// scale to meter and the turn to Y up. `colors` (one a vertex) are turned from sRGB to linear light, as
+/// `COLOR_0` wants them; without them the material gets the color `plain`. `note` goes to the extras of the
+/// asset. A mesh without triangles gives a file whose only node has no mesh.
 ///
 /// # Errors
 /// What `out` returns, or a mesh above 4 GiB, which the format cannot hold.
@@ -101,7 +102,8 @@ fn too_large() -> io::Error {
     io::Error::other("the mesh is above 4 GiB, which binary glTF cannot hold")
 }
 
-/// Adds buffer, accessors, material, mesh and root node; gives the length of the binary chunk (every part is a multiple of 4 bytes).
+/// Adds buffer, accessors, material, mesh and root node; gives the length of the binary chunk (every part is
+/// a multiple of 4 bytes).
 fn add_mesh(root: &mut Root, name: &str, picture: &Picture, colored: bool, plain: Rgba) -> io::Result<usize> {
     let bounds = picture.positions.iter().fold([[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]], |[low, high], p| {
         [std::array::from_fn(|k| low[k].min(p[k])), std::array::from_fn(|k| high[k].max(p[k]))]

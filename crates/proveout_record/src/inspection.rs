@@ -12,8 +12,8 @@ use crate::{
     qif::{PlannedFeature, inspection_qif},
 };
 
-/// One line a feature: name, nominal value, tolerance to both sides, measured value, deviation (mm), judgement. A feature whose probe met
-/// no surface has no value and is `not met`.
+/// One line a feature: name, nominal value, tolerance to both sides, measured value, deviation (mm),
+/// judgement. A feature whose probe met no surface has no value and is `not met`.
 pub(crate) fn inspection_csv(features: &[Inspected]) -> String {
     let mut text = String::from("feature,nominal_mm,tolerance_mm,measured_mm,deviation_mm,judgement\n");
     for f in features {

@@ -70,7 +70,8 @@ fn gate(gate: &Gate) -> [String; 4] {
     [class.to_owned(), word.to_owned(), gate.name.clone(), gate.reason.clone()]
 }
 
-/// A name of a folder in an address: everything but letters, digits and a few marks as the hexadecimal digits of its bytes.
+/// A name of a folder in an address: everything but letters, digits and a few marks as the hexadecimal digits
+/// of its bytes.
 fn address(name: &str) -> String {
     let plain = |b: u8| b.is_ascii_alphanumeric() || matches!(b, b'-' | b'_' | b'.');
     name.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()

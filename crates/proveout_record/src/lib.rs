@@ -1,8 +1,8 @@
 //! Observers of a prove-out run: they write the files of a run folder and the recording for the Rerun viewer.
 //!
-//! Each file format is a function over plain data (rows, mesh, page); each observer gathers that data while the run goes
-//! on. The engine knows none of them. This is the only crate that uses the `rerun` library (feature `rerun`, on by
-//! default; without it everything else still builds).
+//! Each file format is a function over plain data (rows, mesh, page); each observer gathers that data while
+//! the run goes on. The engine knows none of them. This is the only crate that uses the `rerun` library
+//! (feature `rerun`, on by default; without it everything else still builds).
 //!
 //! # Data in and out
 //!
@@ -38,8 +38,8 @@
 //!
 //! * Colors of deviations: [`DeviationMap`], straight in `OKLab` (Ottosson 2020).
 //! * Reduction of large meshes: vertex clustering (Rossignac and Borrel 1993) with quadric placement (Lindstrom 2000).
-//! * The page: findings by cause, the part in three dimensions whose vertices know the line that cut them, the path by block; bytes
-//!   compressed, scripts in the page.
+//! * The page: findings by cause, the part in three dimensions whose vertices know the line that cut them,
+//!   the path by block; bytes compressed, scripts in the page.
 //! * Plots of the page: smallest and largest value of equal stretches of time, which double as the run grows.
 //! * Tables: Parquet, zstd, real columns as byte streams split by weight, row groups of 65 536.
 //!

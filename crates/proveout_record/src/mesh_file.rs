@@ -9,7 +9,8 @@ use crate::{glb::write_glb_file, picture::Picture};
 /// Edges sharper than this stay sharp in the picture, radian.
 const CREASE: f64 = 0.5;
 
-/// Writes a mesh (mm) as binary STL, or as binary glTF (meter, Y up at its root) with a note, into a file of that ending.
+/// Writes a mesh (mm) as binary STL, or as binary glTF (meter, Y up at its root) with a note, into a file of
+/// that ending.
 ///
 /// # Errors
 /// The ending is neither `.stl` nor `.glb`, or the file cannot be written.

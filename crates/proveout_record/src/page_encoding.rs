@@ -49,7 +49,8 @@ const NO_VALUE: f16 = f16::MAX;
 /// varint        an index: zigzag of the difference to the index before
 /// ```
 ///
-/// A part of 300 mm is resolved to 5 µm. `lines` are the numbers of the program lines that made the vertices, 0 for none, or empty.
+/// A part of 300 mm is resolved to 5 µm. `lines` are the numbers of the program lines that made the vertices,
+/// 0 for none, or empty.
 pub(crate) fn pack_mesh(picture: &Picture, shades: Shades<'_>, lines: &[u32]) -> Vec<u8> {
     let bounds = picture.aabb();
     let (low, size) = if bounds.is_empty() { ([0.0; 3], [1.0; 3]) } else { (bounds.min.into(), bounds.size().into()) };

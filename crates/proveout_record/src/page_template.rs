@@ -1,4 +1,5 @@
-//! Fills templates, and keeps a page from doing more than to show: a content security policy, and text without characters that steer.
+//! Fills templates, and keeps a page from doing more than to show: a content security policy, and text
+//! without characters that steer.
 
 use minijinja::{Environment, Value};
 use proveout_sim::digest::sha256;

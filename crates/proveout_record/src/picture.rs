@@ -1,4 +1,5 @@
-//! Meshes for pictures: positions in single precision, normals, a value a vertex, and their reduction to a bounded size.
+//! Meshes for pictures: positions in single precision, normals, a value a vertex, and their reduction to a
+//! bounded size.
 
 use nalgebra::{Matrix3, Vector3};
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
@@ -184,8 +185,8 @@ impl Picture {
         (b - a).cross(&(c - a))
     }
 
-    /// Number of the cell of each vertex (`u32::MAX` for vertices that no triangle uses), and the place of each cell in the
-    /// grid, in rising order.
+    /// Number of the cell of each vertex (`u32::MAX` for vertices that no triangle uses), and the place of
+    /// each cell in the grid, in rising order.
     fn cells(&self, cell: f64) -> (Vec<u32>, Vec<[i64; 3]>) {
         let key = |i: u32| self.positions[i as usize].map(|v| (f64::from(v) / cell).floor() as i64);
         let mut used = vec![false; self.positions.len()];
@@ -208,10 +209,11 @@ impl Picture {
 
     /// Gathers the vertices of each cubic cell (edge `cell`, mm, grid through the origin) into one.
     ///
-    /// Vertex clustering after Rossignac and Borrel (1993); the new vertex is put where the sum of squared distances
-    /// from the planes of the cell's triangles is least (Lindstrom 2000, quadric error), so that edges and corners
-    /// stay sharp. Along directions that the planes leave open it stays at the mean of the cell's vertices, and it never
-    /// leaves the cell. Known limit: walls thinner than a cell may merge. For pictures only.
+    /// Vertex clustering after Rossignac and Borrel (1993); the new vertex is put where the sum of squared
+    /// distances from the planes of the cell's triangles is least (Lindstrom 2000, quadric error), so that
+    /// edges and corners stay sharp. Along directions that the planes leave open it stays at the mean of the
+    /// cell's vertices, and it never leaves the cell. Known limit: walls thinner than a cell may merge. For
+    /// pictures only.
     pub(crate) fn clustered(&self, cell: f64) -> Self {
         let (cluster_of, keys) = self.cells(cell);
         let mut clusters: Vec<Cluster> = keys.into_iter().map(|key| Cluster::new(key, cell)).collect();

@@ -9,8 +9,8 @@ use proveout_sim::{
 
 use crate::error::RecordError;
 
-/// Writes the text that runs into the run folder where it was made from another program, under the name that findings give
-/// it, before the first block is run.
+/// Writes the text that runs into the run folder where it was made from another program, under the name that
+/// findings give it, before the first block is run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ProgramObserver;
 

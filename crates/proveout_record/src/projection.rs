@@ -27,8 +27,8 @@ pub(crate) struct Projection {
 }
 
 impl Projection {
-    /// A view against `back` (from the viewer's side; not zero), with `focus` in the middle of `size` points and `half` mm of height
-    /// above and below it. Z stays upright where it can.
+    /// A view against `back` (from the viewer's side; not zero), with `focus` in the middle of `size` points
+    /// and `half` mm of height above and below it. Z stays upright where it can.
     pub(crate) fn new(back: &Vector, focus: Point, half: f64, size: [usize; 2]) -> Self {
         let back = back.try_normalize(SHORTEST).unwrap_or_else(Vector::z);
         Self { scale: 0.5 * size[1] as f64 / half, ..Self::upright(back, &Vector::z(), focus, size) }

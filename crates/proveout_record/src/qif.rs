@@ -1,5 +1,5 @@
-//! `inspection.qif`: the measured features as results of the Quality Information Framework (QIF 3.0, ANSI/DMSC and ISO 23952:2020), for programs
-//! that read measuring records.
+//! `inspection.qif`: the measured features as results of the Quality Information Framework (QIF 3.0,
+//! ANSI/DMSC and ISO 23952:2020), for programs that read measuring records.
 //!
 //! | feature of the scene | characteristic | feature |
 //! |---|---|---|
@@ -13,8 +13,8 @@
 //! counts and its references with an XML reader. No document was validated with the whole schemas by a
 //! program.
 //!
-//! A feature whose probe met no surface has its item and no measurement, and fails the whole. Identifiers of the document are digests of what it
-//! says, so that the same run gives the same bytes.
+//! A feature whose probe met no surface has its item and no measurement, and fails the whole. Identifiers of
+//! the document are digests of what it says, so that the same run gives the same bytes.
 
 use std::fmt::Write as _;
 

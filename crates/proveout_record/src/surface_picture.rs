@@ -1,7 +1,8 @@
 //! The surface of a run as a picture of bounded size, made while its bands come.
 //!
-//! Where the surface has more triangles than wanted, its vertices are gathered in cells as [`Picture::clustered`] does. A cell is
-//! closed, and takes 28 bytes instead of 200, as soon as no later band can reach it: bands come along x.
+//! Where the surface has more triangles than wanted, its vertices are gathered in cells as
+//! [`Picture::clustered`] does. A cell is closed, and takes 28 bytes instead of 200, as soon as no later band
+//! can reach it: bands come along x.
 
 use std::collections::BTreeMap;
 
@@ -19,8 +20,8 @@ use crate::{
 
 /// Part of the triangles of a picture that patches may take together: they are there to be seen.
 const FOR_PATCHES: f64 = 0.5;
-/// Edge of the cells above the one that area and limit ask for: faces that are slanted against the cells meet more of them than flat
-/// ones, and to gather the picture a second time takes 200 bytes a vertex.
+/// Edge of the cells above the one that area and limit ask for: faces that are slanted against the cells meet
+/// more of them than flat ones, and to gather the picture a second time takes 200 bytes a vertex.
 const WIDER: f64 = 1.3;
 /// Numbers of cells are cut to this: they are whole numbers of 32 bits.
 const FARTHEST_CELL: f64 = 1e9;

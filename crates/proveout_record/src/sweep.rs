@@ -1,7 +1,8 @@
 //! The results of a sweep in one table and one page: `sweep.parquet`, `sweep.csv`, `sweep.json`, `sweep.html`.
 //!
-//! Results are read twice in the order of the jobs: once to hold every one of them against the plan, then to write. A row leaves the memory
-//! with its row group, so that a million jobs take as much as a thousand; the page keeps [`SHOWN`] rows.
+//! Results are read twice in the order of the jobs: once to hold every one of them against the plan, then to
+//! write. A row leaves the memory with its row group, so that a million jobs take as much as a thousand; the
+//! page keeps [`SHOWN`] rows.
 
 use std::{
     collections::{BTreeMap, BTreeSet},

@@ -1,4 +1,5 @@
-//! A side of a part as a surface that answers where a tool touches it, with normal and principal curvatures, in the frame of a program.
+//! A side of a part as a surface that answers where a tool touches it, with normal and principal curvatures,
+//! in the frame of a program.
 
 use std::sync::Arc;
 
@@ -7,7 +8,8 @@ use proveout_geom::{Point, Pose};
 
 use crate::{ContactPoint, ContactSurface};
 
-/// A point beyond a rim of the surface is one whose way to the nearest point of the rim leans out from it by more than this, mm.
+/// A point beyond a rim of the surface is one whose way to the nearest point of the rim leans out from it by
+/// more than this, mm.
 const BEYOND_MM: f64 = 1e-6;
 
 /// A side of a part in the frame of a program.
@@ -42,7 +44,8 @@ impl BladeSurface {
         }
     }
 
-    /// Parameters of the nearest point to a point of the frame of the program, and that point in the frame of the surface.
+    /// Parameters of the nearest point to a point of the frame of the program, and that point in the frame of
+    /// the surface.
     fn foot(&self, near: &Point) -> Option<(Point, [f64; 2])> {
         let p = self.blade_from_run.point(near);
         p.coords.iter().all(|v| v.is_finite()).then(|| (p, self.surface.nearest(&p)))

@@ -1,7 +1,7 @@
 //! The interference-free channel of the tool axis angle along a path of ball centers.
 //!
-//! A shaft of the ball's radius touches the blade exactly when the ray from the ball center along the tool axis meets the
-//! path of ball centers, so the planar problem is one of visibility on that path.
+//! A shaft of the ball's radius touches the blade exactly when the ray from the ball center along the tool
+//! axis meets the path of ball centers, so the planar problem is one of visibility on that path.
 //!
 //! *Tabulated rule* (Li et al. 2022, equation (2), corrected: specification 3.2, errata ST-6 to
 //! ST-8). With chord angles g (incoming) and f (outgoing) the forward limit of a convex point is g,
@@ -13,9 +13,10 @@
 //!   forward(S)  = min of g over all blocks ahead        backward(S) = max of f over all blocks passed, less pi
 //! ```
 //!
-//! It is on the safe side of the exact rule: a straight line from `Q_i` to a point ahead is a sum of the chords between them,
-//! each at an angle of at least `forward`, and as long as those stay within half a turn the sum lies in their cone.
-//! The path is continued at both ends by one layer, shifted by a turn: the blade does not end where the path does.
+//! It is on the safe side of the exact rule: a straight line from `Q_i` to a point ahead is a sum of the
+//! chords between them, each at an angle of at least `forward`, and as long as those stay within half a turn
+//! the sum lies in their cone. The path is continued at both ends by one layer, shifted by a turn: the blade
+//! does not end where the path does.
 
 use std::f64::consts::{PI, TAU};
 

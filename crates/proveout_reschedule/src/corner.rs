@@ -9,10 +9,10 @@
 //!          P1                   P3
 //! ```
 //!
-//! Li et al. 2022, equations (6) to (13), corrected as in the specification (errata ST-1 to ST-5). The vertical distance of a
-//! piece from the polyline is `eps t^3`, so |eps| is the largest one. Bisector and equal lengths depend on the unit of theta
-//! against that of S, which is not published: [`ThetaUnit`] is a parameter. [`CornerRule::UnitFree`] takes the mean of the
-//! slopes and equal abscissa lengths instead.
+//! Li et al. 2022, equations (6) to (13), corrected as in the specification (errata ST-1 to ST-5). The
+//! vertical distance of a piece from the polyline is `eps t^3`, so |eps| is the largest one. Bisector and
+//! equal lengths depend on the unit of theta against that of S, which is not published: [`ThetaUnit`] is a
+//! parameter. [`CornerRule::UnitFree`] takes the mean of the slopes and equal abscissa lengths instead.
 
 use std::f64::consts::TAU;
 
@@ -166,7 +166,8 @@ fn support_for_one(p: [[f64; 2]; 3], rule: CornerRule) -> [f64; 2] {
     }
 }
 
-/// Ordinate on a cubic piece with a double inner control point: `S(t) = S0 (1-t)^3 + 3 S1 t (1-t) + S3 t^3`, rising in t.
+/// Ordinate on a cubic piece with a double inner control point: `S(t) = S0 (1-t)^3 + 3 S1 t (1-t) + S3 t^3`,
+/// rising in t.
 fn on_piece(c: [[f64; 2]; 3], s: f64) -> f64 {
     let value = |t: f64, k: usize| {
         let r = 1.0 - t;
@@ -204,8 +205,8 @@ pub struct SmoothedPolyline {
 }
 
 impl SmoothedPolyline {
-    /// Smooths every inner corner with the largest |eps| (radian) that `room` allows for it: called with the index of the
-    /// corner and whether the curve passes above it.
+    /// Smooths every inner corner with the largest |eps| (radian) that `room` allows for it: called with the
+    /// index of the corner and whether the curve passes above it.
     pub fn new(points: Vec<[f64; 2]>, unit: ThetaUnit, layer: f64, room: impl Fn(usize, bool) -> f64) -> Self {
         let scale = unit.scale(layer);
         let rule = unit.rule();
@@ -278,7 +279,8 @@ mod tests {
             }
             // |eps| is the smaller of 0.09 and what half a segment allows; rounding of the second difference is 1e-9.
             assert!(largest <= 0.09 + 1e-9 && largest > 0.005, "{unit:?} {largest}");
-            // A continuous second derivative changes by little from one micrometer to the next; a kink would give slope / h.
+            // A continuous second derivative changes by little from one micrometer to the next; a kink would
+            // give slope / h.
             assert!(jump < 0.02, "{unit:?} {jump}");
         }
     }

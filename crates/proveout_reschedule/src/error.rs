@@ -4,7 +4,8 @@ use thiserror::Error;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("line {line}: {message}")]
 pub struct RescheduleError {
-    /// Stable code: `reschedule-channel`, `reschedule-layers`, `reschedule-tool`, `reschedule-option`, `reschedule-path`.
+    /// Stable code: `reschedule-channel`, `reschedule-layers`, `reschedule-tool`, `reschedule-option`,
+    /// `reschedule-path`.
     pub code: &'static str,
     /// Line of the first block concerned; 0 where no block is.
     pub line: u32,

@@ -20,12 +20,14 @@ const MOST: f64 = 10.0 * std::f64::consts::PI / 180.0;
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 const SECTIONS: usize = 12;
 
-/// S-theta with the inset of the least peak of acceleration at the programmed feed; what the method itself says of its inset is not looked at.
+/// S-theta with the inset of the least peak of acceleration at the programmed feed; what the method itself
+/// says of its inset is not looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchedInset(pub STheta);
 
 impl SearchedInset {
-    /// Peaks of acceleration over insets that can be planned, rad/s2 and radian, in the order in which they were looked at.
+    /// Peaks of acceleration over insets that can be planned, rad/s2 and radian, in the order in which they
+    /// were looked at.
     fn tried(&self, path: &SectionPath, channel: &Channel, least: &[f64]) -> Vec<[f64; 2]> {
         let narrowest = (0..path.len()).map(|i| channel.width(i)).fold(f64::MAX, f64::min);
         let end = MOST.min(0.5 * narrowest);

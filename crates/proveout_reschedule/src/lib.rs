@@ -90,8 +90,8 @@ pub use tool_channel::ToolChannel;
 /// A block of a cutting run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CuttingBlock {
-    /// Tip and axis at the end of the block, in the frame of the run (the table's frame for a program under tool center point
-    /// control).
+    /// Tip and axis at the end of the block, in the frame of the run (the table's frame for a program under
+    /// tool center point control).
     pub pose: ToolPose,
     /// Line of the block in its program, for messages.
     pub line: u32,
@@ -114,7 +114,8 @@ pub struct ContactPoint {
     pub point: Point,
     /// Outward unit normal of the surface.
     pub normal: Vector,
-    /// Principal curvatures, 1/mm, positive where the surface is convex, with their unit directions; the larger one first.
+    /// Principal curvatures, 1/mm, positive where the surface is convex, with their unit directions; the
+    /// larger one first.
     pub curvatures: [(f64, Vector); 2],
 }
 
@@ -132,8 +133,8 @@ pub trait ContactSurface {
 /// Which poses of the tool are free of interference: the feasible region of tool axes at a contact point is where the
 /// clearance is positive.
 pub trait FeasibleRegion {
-    /// Smallest distance of shank, neck and holder from what they must not touch, mm; zero or less where they do. The cutting
-    /// end, which touches the surface that it cuts, does not count.
+    /// Smallest distance of shank, neck and holder from what they must not touch, mm; zero or less where they
+    /// do. The cutting end, which touches the surface that it cuts, does not count.
     fn clearance(&self, pose: &ToolPose) -> f64;
 
     /// The same where it is below `most` (mm, above zero), else `most`: what is farther away need not be looked for.
@@ -173,8 +174,8 @@ pub struct AxisTurn {
 
 /// How long a control takes: the time law that a method may ask about.
 pub trait TimeLaw {
-    /// Time of every block of the run with these poses, s; of the first one, which comes from somewhere else, too. None where the control
-    /// refuses the motion.
+    /// Time of every block of the run with these poses, s; of the first one, which comes from somewhere else,
+    /// too. None where the control refuses the motion.
     fn block_times(&self, poses: &[ToolPose]) -> Option<Vec<f64>>;
 
     /// The same with positions of the rotary joints at the blocks, which poses at a pole do not

@@ -1,8 +1,9 @@
 //! Quaternion interpolation of key orientations: the baseline of the comparison.
 //!
-//! Source: Ho M.-C., Hwang Y.-R., Hu C.-H. (2003), Five-axis tool orientation smoothing using quaternion interpolation
-//! algorithm, Int. J. Mach. Tools Manuf. 43, 1259-1267. The orientation is kept at key blocks; between two of them it runs on
-//! the great circle in proportion to arc length: `V = [sin((1-l) w) V_e + sin(l w) V_f] / sin w`, `cos w = V_e . V_f`.
+//! Source: Ho M.-C., Hwang Y.-R., Hu C.-H. (2003), Five-axis tool orientation smoothing using quaternion
+//! interpolation algorithm, Int. J. Mach. Tools Manuf. 43, 1259-1267. The orientation is kept at key blocks;
+//! between two of them it runs on the great circle in proportion to arc length: `V = [sin((1-l) w) V_e +
+//! sin(l w) V_f] / sin w`, `cos w = V_e . V_f`.
 //!
 //! A great circle between vectors of equal inclination to the table axis leaves that inclination
 //! slightly, and with it the constant head angle of a four-axis path. For such a path the angle in
@@ -36,8 +37,8 @@ impl Default for Quaternion {
     }
 }
 
-/// Great circle from `from` to `to` at fraction `l`; unit vectors. Between opposite vectors no great circle is defined; the
-/// first one stays.
+/// Great circle from `from` to `to` at fraction `l`; unit vectors. Between opposite vectors no great circle
+/// is defined; the first one stays.
 pub fn slerp(from: &Vector, to: &Vector, l: f64) -> Vector {
     let sine = from.cross(to).norm();
     let angle = sine.atan2(from.dot(to));

@@ -1,14 +1,16 @@
 //! S-theta plane re-scheduling with monotone rotary motion.
 //!
-//! Source: Li J., Song D., Li P., Zhang Q., Li J., Ma J. (2022), Piecewise decoupling tool orientation re-scheduling for
-//! four-axis reciprocal toolpaths of blades based on S-theta plane with monotonicity constraint, Machines 10, 953,
-//! doi:10.3390/machines10100953. Ball centers and layers: equation (1), section 3.1. Limits: equation (2), corrected.
-//! Corners: equations (6) to (13), corrected. Key points: taut string through the inset channel instead of the paper's search
-//! (it has no redundant key points and is monotone, see [`super::taut_string`]).
+//! Source: Li J., Song D., Li P., Zhang Q., Li J., Ma J. (2022), Piecewise decoupling tool orientation
+//! re-scheduling for four-axis reciprocal toolpaths of blades based on S-theta plane with monotonicity
+//! constraint, Machines 10, 953, doi:10.3390/machines10100953. Ball centers and layers: equation (1), section
+//! 3.1. Limits: equation (2), corrected. Corners: equations (6) to (13), corrected. Key points: taut string
+//! through the inset channel instead of the paper's search (it has no redundant key points and is monotone,
+//! see [`super::taut_string`]).
 //!
-//! Ball centers and the inclination towards the table axis stay; the angle theta in the plane across the table axis becomes a
-//! function of the arc length S with continuous second derivative, non-decreasing, inside the channel, and flat where layers
-//! meet. Angles are counted on from layer to layer, so that theta is the rotary axis but for sign and zero.
+//! Ball centers and the inclination towards the table axis stay; the angle theta in the plane across the
+//! table axis becomes a function of the arc length S with continuous second derivative, non-decreasing,
+//! inside the channel, and flat where layers meet. Angles are counted on from layer to layer, so that theta
+//! is the rotary axis but for sign and zero.
 
 use std::f64::consts::TAU;
 
@@ -47,8 +49,8 @@ pub struct STheta {
     pub unit: ThetaUnit,
 }
 
-/// Values of the specification's section 5, none of them published but chosen: clearance 50 degrees, inset 3 degrees, flats
-/// 0.9 mm and 2 percent, key points 1.5 mm apart, theta in degrees.
+/// Values of the specification's section 5, none of them published but chosen: clearance 50 degrees, inset 3
+/// degrees, flats 0.9 mm and 2 percent, key points 1.5 mm apart, theta in degrees.
 pub const STHETA_DEFAULTS: STheta = STheta {
     clearance: 50.0 * TAU / 360.0,
     inset: 3.0 * TAU / 360.0,
@@ -93,8 +95,8 @@ impl STheta {
         ))
     }
 
-    /// Angles of all blocks of a path in its channel, and the curves of the layers. Only arc lengths, layers, original angles
-    /// and lines of the path are looked at.
+    /// Angles of all blocks of a path in its channel, and the curves of the layers. Only arc lengths, layers,
+    /// original angles and lines of the path are looked at.
     ///
     /// # Errors
     /// `reschedule-channel`: the channel is too narrow at some block.
@@ -194,8 +196,8 @@ impl STheta {
         }
     }
 
-    /// What mends a layer that is shorter than its flats: the flats that are asked for, or the room that the channel leaves; nothing is advised that
-    /// would not do.
+    /// What mends a layer that is shorter than its flats: the flats that are asked for, or the room that the
+    /// channel leaves; nothing is advised that would not do.
     fn remedy_of_flats(
         &self,
         path: &SectionPath,
@@ -323,8 +325,9 @@ impl STheta {
         })
     }
 
-    /// Smallest vertical distance of the polyline from the lower and the upper limit between the midpoints of the segments at
-    /// each corner. Limits and polyline are straight between blocks and corners, so these places are enough.
+    /// Smallest vertical distance of the polyline from the lower and the upper limit between the midpoints of
+    /// the segments at each corner. Limits and polyline are straight between blocks and corners, so these
+    /// places are enough.
     fn room(&self, path: &SectionPath, channel: &Channel, layer: &BlockLayer, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
         let mut room = vec![[f64::MAX; 2]; points.len()];
         let limit = |limits: &[f64], s: f64| {

@@ -193,7 +193,8 @@ impl SectionPath {
         bases
     }
 
-    /// Blocks at which the path has turned by whole turns since its first block: layers of a section without altered points.
+    /// Blocks at which the path has turned by whole turns since its first block: layers of a section without
+    /// altered points.
     fn turns(&self) -> Vec<usize> {
         let start = self.outgoing[0];
         let mut turns = Vec::new();

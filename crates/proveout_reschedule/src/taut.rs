@@ -31,7 +31,8 @@ fn slope(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[1] - a[1]) / (b[0] - a[0])
 }
 
-/// Corners of the shortest path from `start` through the gates to `end`, both ends included. Gates lie between the ends.
+/// Corners of the shortest path from `start` through the gates to `end`, both ends included. Gates lie
+/// between the ends.
 ///
 /// # Errors
 /// Index of the first gate that is empty.
@@ -54,8 +55,9 @@ pub fn taut_string(start: [f64; 2], gates: &[TautGate], end: [f64; 2]) -> Result
     Ok(path)
 }
 
-/// Corners of the shortest path through gates of which it may take any place of the first and the last: level up to its first corner and from its last
-/// one. The sum of any convex function of its slopes is the least there is.
+/// Corners of the shortest path through gates of which it may take any place of the first and the last: level
+/// up to its first corner and from its last one. The sum of any convex function of its slopes is the least
+/// there is.
 ///
 /// # Errors
 /// Index of the first gate that is empty.
@@ -134,7 +136,8 @@ fn extend(
 mod tests {
     use super::*;
 
-    /// Length by dynamic programming over a fine grid of each gate: an independent upper bound that tends to the optimum.
+    /// Length by dynamic programming over a fine grid of each gate: an independent upper bound that tends to
+    /// the optimum.
     fn grid_length(start: [f64; 2], gates: &[TautGate], end: [f64; 2], n: usize) -> f64 {
         let mut front = vec![(start, 0.0)];
         for gate in gates.iter().chain(std::iter::once(&TautGate { s: end[0], low: end[1], high: end[1] })) {
@@ -178,8 +181,8 @@ mod tests {
                 let y = if b[0] > a[0] { a[1] + slope(a, b) * (gate.s - a[0]) } else { a[1] };
                 assert!(y > gate.low - 1e-12 && y < gate.high + 1e-12, "{gate:?} {y}");
             }
-            // A grid of 81 points a gate is at most half a grid step off at each of 11 gates; its excess is of second order
-            // of the step 0.05 over distances of about one: 11 * 0.025^2 / 0.2.
+            // A grid of 81 points a gate is at most half a grid step off at each of 11 gates; its excess is
+            // of second order of the step 0.05 over distances of about one: 11 * 0.025^2 / 0.2.
             let grid = grid_length(start, &gates, end, 81);
             assert!(length(&path) <= grid + 1e-12 && grid - length(&path) < 0.035, "{} {grid}", length(&path));
         }

@@ -29,7 +29,8 @@ use super::{AxisTurn, Channel, RescheduleError, SectionPath, Surroundings};
 
 /// A block is looked at in parts of at most this length, mm.
 const PART_MM: f64 = 0.5;
-/// Ball centers of a block are no farther from its chord than this, mm: rounding of a text, and the arc of a ball that turns.
+/// Ball centers of a block are no farther from its chord than this, mm: rounding of a text, and the arc of a
+/// ball that turns.
 pub(super) const CHORD_MM: f64 = 0.005;
 /// Axes between two blocks are no farther from the turn than this, radian: a great circle against a
 /// circle of equal inclination.
@@ -171,7 +172,8 @@ pub(super) fn both(a: &[[f64; 2]], b: &[[f64; 2]]) -> Vec<[f64; 2]> {
     out
 }
 
-/// The interval that holds an angle, turned next to it; else the one that has most in common with the interval before, which then must be there.
+/// The interval that holds an angle, turned next to it; else the one that has most in common with the
+/// interval before, which then must be there.
 fn chosen(free: &[[f64; 2]], original: f64, before: Option<&[f64; 2]>) -> Option<[f64; 2]> {
     let turned = |i: &[f64; 2], to: f64| {
         let off = near(0.5 * (i[0] + i[1]), to) - 0.5 * (i[0] + i[1]);

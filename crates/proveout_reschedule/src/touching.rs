@@ -11,7 +11,8 @@ const CONTACT: f64 = 1e-7;
 /// How far a program's last digits may lead beyond a rim, mm.
 const ROUNDED: f64 = 1e-3;
 
-/// Where a cutter in a pose is from touching the surface, and the contact: of a ball by its center, which no axis moves.
+/// Where a cutter in a pose is from touching the surface, and the contact: of a ball by its center, which no
+/// axis moves.
 pub(super) struct TouchOffset {
     pub(super) place: PathPoint,
     /// From the tip that touches to the tip of the program.

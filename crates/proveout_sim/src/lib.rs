@@ -25,7 +25,8 @@
 //! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M (joints).
 //! Millimeter, radian, second inside; files carry units in their keys.
 //!
-//! Known limits: one setup a run ([`job`] hands the stock on from one to the next); drive loads leave workpiece, tool and cutting forces out.
+//! Known limits: one setup a run ([`job`] hands the stock on from one to the next); drive loads leave
+//! workpiece, tool and cutting forces out.
 
 mod batch;
 mod checks;

@@ -1,22 +1,24 @@
-//! In-process stock: three orthogonal sets of rays with exact interval ends (tri-dexels), cut by the exact swept volumes of
-//! convex bodies of revolution.
+//! In-process stock: three orthogonal sets of rays with exact interval ends (tri-dexels), cut by the exact
+//! swept volumes of convex bodies of revolution.
 //!
-//! Data in: a box, cylinder, closed mesh or the file of an earlier stock; [`SweepItem`]s, each a [`proveout_tool::Profile`] on a
-//! motion whose tip runs straight while the axis turns on the great circle. Data out: a [`SweepReport`] an item (volume,
-//! longest overlap, depth, where, engagement), exact [`SurfacePoint`]s, a [`SurfaceMesh`], [`Interval`]s on any ray, sections, distances
-//! and walls. All in mm in one frame, that of the stock; the caller brings tool poses into it.
+//! Data in: a box, cylinder, closed mesh or the file of an earlier stock; [`SweepItem`]s, each a
+//! [`proveout_tool::Profile`] on a motion whose tip runs straight while the axis turns on the great circle.
+//! Data out: a [`SweepReport`] an item (volume, longest overlap, depth, where, engagement), exact
+//! [`SurfacePoint`]s, a [`SurfaceMesh`], [`Interval`]s on any ray, sections, distances and walls. All in mm
+//! in one frame, that of the stock; the caller brings tool poses into it.
 //!
 //! * [`TriDexel`] – the stock. [`TriDexel::sweep`] removes or probes, in program order and in parallel.
 //! * [`Action::Remove`] cuts; [`Action::Probe`] only reports, for rapid motions, shank and holder.
 //! * [`Cells`] – edges of the cells, along each axis its own where wanted.
 //! * [`TriDexel::surface`], [`TriDexel::tile_surface`] – triangles with sharp edges;
 //!   [`TriDexel::take_changed_tiles`] returns the blocks to show again.
-//! * [`Patch`] – finer cells over a box, from one [`RawBody`] with the stock; [`SurfaceMesh::inside`], [`SurfaceMesh::outside`]
-//!   cut the meshes at its window, [`patched_intervals`] reads rays through both.
-//! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or other cells, with
-//!   [`Regrid`] as bound.
+//! * [`Patch`] – finer cells over a box, from one [`RawBody`] with the stock; [`SurfaceMesh::inside`],
+//!   [`SurfaceMesh::outside`] cut the meshes at its window, [`patched_intervals`] reads rays through both.
+//! * [`TriDexel::save`], [`TriDexel::load`] – a file, bit for bit; [`TriDexel::regridded`] – another pose or
+//!   other cells, with [`Regrid`] as bound.
 //! * [`TriDexel::keep_history`], [`TriDexel::after`] – the stock of any earlier moment without another run.
-//! * [`TriDexel::sweep_share`], [`TriDexel::apply_shares`], [`TriDexel::share_rows`] – one stock cut by several processes, bit for bit as by one.
+//! * [`TriDexel::sweep_share`], [`TriDexel::apply_shares`], [`TriDexel::share_rows`] – one stock cut by
+//!   several processes, bit for bit as by one.
 //! * [`TriDexel::parts`], [`TriDexel::take_part`], [`TriDexel::put_back`], [`TriDexel::moments`] –
 //!   separate parts, their removal, their moments of inertia.
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
@@ -54,9 +56,9 @@
 //!
 //! # How a motion meets a ray
 //!
-//! Every body is one convex function F whose zero set is its skin (`meridian`). The interval that it takes up on a ray over
-//! the whole motion is the union over time of an interval each, and its ends lie where normal times velocity is zero or at
-//! the ends of the motion. These kernels find them:
+//! Every body is one convex function F whose zero set is its skin (`meridian`). The interval that it takes up
+//! on a ray over the whole motion is the union over time of an interval each, and its ends lie where normal
+//! times velocity is zero or at the ends of the motion. These kernels find them:
 //!
 //! | kernel | for | method |
 //! |---|---|---|
@@ -65,9 +67,9 @@
 //! | `ray_translate` | every body on a straight line | cutting planes in (t, s): the set is convex |
 //! | `ray_turn` | every body while its axis turns | supporting half spaces with a bound of second order, halving of time |
 //!
-//! The kernels for several rays come first; a ray whose proof fails has a second chance with more samples and in parts of the
-//! motion, and then goes to the searches for one ray, which always end. Which instructions the processor has is found at run
-//! time (`lanes`), and makes no difference to any bit of the result.
+//! The kernels for several rays come first; a ray whose proof fails has a second chance with more samples and
+//! in parts of the motion, and then goes to the searches for one ray, which always end. Which instructions
+//! the processor has is found at run time (`lanes`), and makes no difference to any bit of the result.
 //!
 //! The volume that a ball end takes is that of its ball and that of the cylinder or cone above, swept one by one.
 //!
@@ -85,19 +87,20 @@
 //!
 //! # Order and parallel work
 //!
-//! Rays are grouped in tiles of 8 x 8. A batch is sorted into the tiles that the box of each motion meets and that still hold
-//! material there; every tile then works through its items in their order, on any thread. For that it is spread out over lanes
-//! (`tile_field`), one interval of each ray side by side; bounds clear the tile, then blocks of two by two rays by the range of their
-//! material (`lane_blocks`), so that cost follows the material that is met. What is taken is subtracted and added up on the lanes
-//! as well (`tile_cut`); an end remembers the step and the time that made it, and its normal is made when the batch ends. Sums run
-//! over the columns of lanes and then over the tiles in a fixed order: the same bytes at any number of threads, on any processor
-//! and for any division into batches.
+//! Rays are grouped in tiles of 8 x 8. A batch is sorted into the tiles that the box of each motion meets and
+//! that still hold material there; every tile then works through its items in their order, on any thread. For
+//! that it is spread out over lanes (`tile_field`), one interval of each ray side by side; bounds clear the
+//! tile, then blocks of two by two rays by the range of their material (`lane_blocks`), so that cost follows
+//! the material that is met. What is taken is subtracted and added up on the lanes as well (`tile_cut`); an
+//! end remembers the step and the time that made it, and its normal is made when the batch ends. Sums run
+//! over the columns of lanes and then over the tiles in a fixed order: the same bytes at any number of
+//! threads, on any processor and for any division into batches.
 //!
 //! # Limits
 //!
-//! Details of the mesh of the surface thinner than a cell that no cell center sees are left out of the mesh (not of the rays).
-//! Meshes as stock may have several shells, but not crossing or nested ones with the same orientation, unless a repair is asked
-//! for. Re-gridding and [`Probe`] see the mesh. Axes at both ends of a
+//! Details of the mesh of the surface thinner than a cell that no cell center sees are left out of the mesh
+//! (not of the rays). Meshes as stock may have several shells, but not crossing or nested ones with the same
+//! orientation, unless a repair is asked for. Re-gridding and [`Probe`] see the mesh. Axes at both ends of a
 //! motion may not be opposite: the great circle is then not defined, and the axis stays.
 
 mod between;

@@ -1,24 +1,25 @@
 //! Gouged areas, and areas with material left, one by one.
 //!
-//! Points of the surface that are too deep (or too high), and both ends of gaps on rays, are put into the cells of the stock.
-//! What lies in neighboring cells, or on both ends of one gap, is one area.
+//! Points of the surface that are too deep (or too high), and both ends of gaps on rays, are put into the
+//! cells of the stock. What lies in neighboring cells, or on both ends of one gap, is one area.
 //!
-//! *Why neighboring cells are enough.* In cells as unit of length take the set of rays a whose direction comes nearest to the
-//! normal n of the surface: |`n_a`| >= |`n_u`|, |`n_v`|. From one of its rays to the next the surface rises by |`n_u` / `n_a`| <= 1 at
-//! most, so that the next point lies at most one cell farther along each axis: points side by side on a surface fall into
-//! cells that touch. Two surfaces nearer to each other than a cell count as one.
+//! *Why neighboring cells are enough.* In cells as unit of length take the set of rays a whose direction
+//! comes nearest to the normal n of the surface: |`n_a`| >= |`n_u`|, |`n_v`|. From one of its rays to the
+//! next the surface rises by |`n_u` / `n_a`| <= 1 at most, so that the next point lies at most one cell
+//! farther along each axis: points side by side on a surface fall into cells that touch. Two surfaces nearer
+//! to each other than a cell count as one.
 //!
-//! **Volume.** Each set of rays gives a volume `V_a`: length of its gaps times the area `A_a` of its rays. The set that sees the area
-//! from the front knows it best (a shallow gouge may lie between all the rays that run along it), so the three are weighed
-//! with the square of the area `n_a` `A_a` that their rays see. Without intervals of the design (a face in closed form) it is the
-//! sum of depth times area over the points.
+//! **Volume.** Each set of rays gives a volume `V_a`: length of its gaps times the area `A_a` of its rays.
+//! The set that sees the area from the front knows it best (a shallow gouge may lie between all the rays that
+//! run along it), so the three are weighed with the square of the area `n_a` `A_a` that their rays see.
+//! Without intervals of the design (a face in closed form) it is the sum of depth times area over the points.
 //!
 //! **Area** is that of the design's surface where a gap begins: each end of an interval of the design
 //! represents `A_a`
 //! `n_a`| (see [`crate::Deviation`]). Without intervals of the design it is that of the points.
 //!
-//! **Memory.** Where more than [`MOST_CELLS`] cells are touched, cells of twice the edge are taken, until they are few enough. That
-//! depends on all points together and on nothing else.
+//! **Memory.** Where more than [`MOST_CELLS`] cells are touched, cells of twice the edge are taken, until
+//! they are few enough. That depends on all points together and on nothing else.
 
 use std::collections::HashMap;
 

@@ -5,9 +5,10 @@
 //! directions may lie between all rays. Whether it was milled away is then not known, and the verdict must
 //! say so.
 //!
-//! The surface of the design is sampled at the distance of the rays (each triangle in strips along its longest edge, so that no
-//! triangle is left out, however small). A sample p with outward normal n is *seen* when a point of a ray lies within
-//! [`REACH`] cells of it and the straight line between them runs through the design only:
+//! The surface of the design is sampled at the distance of the rays (each triangle in strips along its
+//! longest edge, so that no triangle is left out, however small). A sample p with outward normal n is *seen*
+//! when a point of a ray lies within [`REACH`] cells of it and the straight line between them runs through
+//! the design only:
 //!
 //! ```text
 //!      p                          1. A ball of radius 0.71 cell inside of the design that touches its surface near p holds a
@@ -107,8 +108,8 @@ pub(crate) fn watcher<'a, 'b>(watchers: &'b [Watcher<'a>], p: &Point) -> Option<
 /// Takes samples: place, outward normal, area that it represents, and whether no ray can be near.
 pub(crate) type See<'a> = dyn FnMut(&Point, &Vector, f64, bool) + 'a;
 
-/// Calls with samples of a triangle. One that is far larger than the stock is halved, and halves that no ray comes near are one sample each: a design in
-/// another unit costs no more than one that fits.
+/// Calls with samples of a triangle. One that is far larger than the stock is halved, and halves that no ray
+/// comes near are one sample each: a design in another unit costs no more than one that fits.
 pub(crate) fn each_sample(mesh: &TriMesh, t: usize, watchers: &[Watcher<'_>], see: &mut See<'_>) {
     let corners = mesh.corners(t);
     let Some(stock) = watchers.first().map(|w| w.stock) else { return };
@@ -196,8 +197,8 @@ fn is_seen(design: &DesignMesh, watchers: &[Watcher<'_>], p: &Point, n: &Vector)
     (0..3).any(|ring| sees_from(design, stock, &from, n, ring)) || crosses_near(design, stock, &from)
 }
 
-/// Whether a ray goes through a thin part of the design near the place and sees it from there: at the end of a wall, whose sides
-/// have another normal than the place.
+/// Whether a ray goes through a thin part of the design near the place and sees it from there: at the end of
+/// a wall, whose sides have another normal than the place.
 fn crosses_near(design: &DesignMesh, stock: &TriDexel, from: &Point) -> bool {
     let reach = REACH * stock.cell_mm();
     for axis in 0..3 {

@@ -170,8 +170,8 @@ impl Tally {
 
 /// Measures points against a design.
 ///
-/// Distances are found in parallel and summed in the order of the points, so that the result does not depend on the number of
-/// threads.
+/// Distances are found in parallel and summed in the order of the points, so that the result does not depend
+/// on the number of threads.
 ///
 /// ```
 /// use proveout_geom::{Point, Vector};
@@ -198,8 +198,8 @@ pub fn measure(
     measure_where(samples, design, settings, |_| true)
 }
 
-/// The same where only some points count: the others get their value and are left out of all sums, as where a finer surface
-/// takes their place.
+/// The same where only some points count: the others get their value and are left out of all sums, as where a
+/// finer surface takes their place.
 pub fn measure_where(
     samples: &[SurfaceSample],
     design: &(impl DesignSurface + ?Sized),

@@ -298,7 +298,8 @@ impl Uncut<'_> {
         if self.sweeps.is_some() && self.raw.is_some() && !self.fallen { Occupancy::Full } else { self.by_rays(p) }
     }
 
-    /// The piece of motion that made the surface next to a place, on the ray that meets it most squarely: most likely it cleared the place.
+    /// The piece of motion that made the surface next to a place, on the ray that meets it most squarely:
+    /// most likely it cleared the place.
     fn made_near(&self, p: &Point, n: &Vector) -> Option<u32> {
         let stock = watcher(self.watchers, p)?.stock;
         let axis = n.iamax();

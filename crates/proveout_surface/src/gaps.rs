@@ -1,7 +1,8 @@
 //! A ray of the stock against the design on the same ray: where material is missing, and where it is left.
 //!
-//! The distance of the points of the cut part from the design (`deviation`) sees nothing of a wall that was milled away: no
-//! point of the cut part is left where it stood. So the intervals of design and material are compared on every ray:
+//! The distance of the points of the cut part from the design (`deviation`) sees nothing of a wall that was
+//! milled away: no point of the cut part is left where it stood. So the intervals of design and material are
+//! compared on every ray:
 //!
 //! ```text
 //!     design      c0 =========== c1      c0 == c1      c0 ============= c1
@@ -10,21 +11,23 @@
 //!                 partial                full          partial      inner
 //! ```
 //!
-//! **Depth.** A point without material lies as deep inside of the design as its distance from the design's surface. This is
-//! exact on the ray and needs nothing but the design: no rounding of a search, no assumption on what lies between rays. So a part
-//! within its tolerance never gives a gap deeper than that, at edges and crowns neither: a ray that clips an edge or grazes a
-//! crown runs through a long gap whose points are all near the surface. The depth of a gap is that of its deepest point.
+//! **Depth.** A point without material lies as deep inside of the design as its distance from the design's
+//! surface. This is exact on the ray and needs nothing but the design: no rounding of a search, no assumption
+//! on what lies between rays. So a part within its tolerance never gives a gap deeper than that, at edges and
+//! crowns neither: a ray that clips an edge or grazes a crown runs through a long gap whose points are all
+//! near the surface. The depth of a gap is that of its deepest point.
 //!
-//! **Walls.** In a wall of thickness t no point lies deeper than t / 2, even where all of it is gone. There a gap counts with
-//! its length square to the face that it starts at, as a caliper reads what is missing: t when it goes through, L |n| from the
-//! face n when it ends in the wall. The design is a wall on a ray when
+//! **Walls.** In a wall of thickness t no point lies deeper than t / 2, even where all of it is gone. There a
+//! gap counts with its length square to the face that it starts at, as a caliper reads what is missing: t
+//! when it goes through, L |n| from the face n when it ends in the wall. The design is a wall on a ray when
 //!
-//! * the faces at both ends of its interval look away from each other (the angle between their normals is above 120 degrees), and
-//! * its deepest point lies at least 0.45 t deep, t being the length of the interval square to the face that meets it more
-//!   aslant: no other face is near, so that nothing but the wall was taken.
+//! * the faces at both ends of its interval look away from each other (the angle between their normals is
+//!   above 120 degrees), and
+//! * its deepest point lies at least 0.45 t deep, t being the length of the interval square to the face that
+//!   meets it more aslant: no other face is near, so that nothing but the wall was taken.
 //!
-//! The second condition keeps a thin layer that was milled off a block out: its points lie under the top face, far nearer than half the
-//! width of the block.
+//! The second condition keeps a thin layer that was milled off a block out: its points lie under the top
+//! face, far nearer than half the width of the block.
 //!
 //! **Foils.** A wall no thicker than the tolerance that is gone as a whole lies within the tolerance on
 //! each single ray, and so does the tip of a wedge. The caller distinguishes them by their extent

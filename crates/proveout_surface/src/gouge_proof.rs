@@ -1,8 +1,9 @@
 //! Gouges between the rays, decided on the swept pieces themselves.
 //!
-//! Rays meet a convex edge of the design nowhere, and a groove narrower than the cells may run between them. Whether a piece of motion
-//! went deeper into the design than allowed is decided without rays. The depth of a place is its distance from the surface of the design, as on the
-//! rays (`gaps`): a place p of a swept piece S that lies deeper than t in the design D is a gouge.
+//! Rays meet a convex edge of the design nowhere, and a groove narrower than the cells may run between them.
+//! Whether a piece of motion went deeper into the design than allowed is decided without rays. The depth of a
+//! place is its distance from the surface of the design, as on the rays (`gaps`): a place p of a swept piece
+//! S that lies deeper than t in the design D is a gouge.
 //!
 //! **Moved out.** In a box B, let a shift d of length |d| <= t move S so that no face of the design crosses it:
 //!
@@ -14,17 +15,18 @@
 //!       |                     |          of D when no face crosses it. One point tells which.
 //! ```
 //!
-//! S lies in the half space `n . x >= least(n)` for any n. Moved by `d = t n` it keeps clear of every face in the box (widened by t) that lies
-//! below `least(n) + t`: one direction n does for flat and bent faces and for convex edges, since a gouge there must pass all of the faces
-//! that meet. In a concave edge or corner the faces fall into groups with normals `n_k`, and the shortest d with
-//! `n_k . d >= top_k - least(n_k)` for all k is asked.
+//! S lies in the half space `n . x >= least(n)` for any n. Moved by `d = t n` it keeps clear of every face in
+//! the box (widened by t) that lies below `least(n) + t`: one direction n does for flat and bent faces and
+//! for convex edges, since a gouge there must pass all of the faces that meet. In a concave edge or corner
+//! the faces fall into groups with normals `n_k`, and the shortest d with `n_k . d >= top_k - least(n_k)` for
+//! all k is asked.
 //!
-//! **Boxes.** A box in which some piece cannot be moved out is halved, down to a small part of t. Boxes whose points are
-//! all less deep than t, pieces that do not reach into a box, and boxes outside of the design drop out. If the middle of
-//! a box, or the point of a piece next to it, lies deeper than t, the gouge is found. The search then raises t to 1.3
-//! times the known depth and continues for a few boxes. In the deepest blocks it climbs in shrinking steps to the
-//! deepest point.
-//! A face mill on a flat face is decided in one box, a ball in a fillet in boxes of `sqrt(8 R t)`.
+//! **Boxes.** A box in which some piece cannot be moved out is halved, down to a small part of t. Boxes whose
+//! points are all less deep than t, pieces that do not reach into a box, and boxes outside of the design drop
+//! out. If the middle of a box, or the point of a piece next to it, lies deeper than t, the gouge is found.
+//! The search then raises t to 1.3 times the known depth and continues for a few boxes. In the deepest blocks
+//! it climbs in shrinking steps to the deepest point. A face mill on a flat face is decided in one box, a
+//! ball in a fillet in boxes of `sqrt(8 R t)`.
 //!
 //! **Result.** Gouges deeper than the allowed depth by more than [`Overcut::grain`] are found; nothing less
 //! deep than the allowed depth is reported. Boxes that stay undecided (the search took too long) are
@@ -443,8 +445,8 @@ impl GougeSearch<'_> {
             if is_out {
                 continue;
             }
-            // A group stays one as long as its bodies are less apart than the box is long. Within a block only single pieces
-            // can show a gouge, and bodies at rest are not apart at all.
+            // A group stays one as long as its bodies are less apart than the box is long. Within a block
+            // only single pieces can show a gouge, and bodies at rest are not apart at all.
             if item.is_single() || size > self.on.block && sweeps.extent(item) < size {
                 left.push(item);
             } else {
@@ -563,8 +565,8 @@ fn toward_surface(middle: &Middle<'_>) -> Option<Aspect> {
     })
 }
 
-/// The shortest shift d with `n . d >= g` for all pairs of a unit direction n and a length g: the one that is bound by the fewest of them, by
-/// the normal equations of these.
+/// The shortest shift d with `n . d >= g` for all pairs of a unit direction n and a length g: the one that is
+/// bound by the fewest of them, by the normal equations of these.
 fn least_shift(asked: &[(Vector, f64)]) -> Option<Vector> {
     let does = |d: &Vector| asked.iter().all(|(n, g)| n.dot(d) >= g - SHORT);
     if does(&Vector::zeros()) {

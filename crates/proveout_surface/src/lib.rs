@@ -3,9 +3,11 @@
 //! Data in: points of the cut surface and a design, both in one frame (the workpiece frame W), mm. Data out: signed
 //! deviations, mm; positive where material is left outside of the design, negative where it is missing inside.
 //!
-//! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`HalfSpaceDesign`], [`Sphere`], [`ConeFrustum`],
-//!   [`ConeFlank`] and blades ([`proveout_blade::Blade`]) in closed form; [`chord_error`] of a mesh against one.
-//! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for points as they come.
+//! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`HalfSpaceDesign`],
+//!   [`Sphere`], [`ConeFrustum`], [`ConeFlank`] and blades ([`proveout_blade::Blade`]) in closed form;
+//!   [`chord_error`] of a mesh against one.
+//! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for
+//!   points as they come.
 //! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
 //! * [`ThinFins`] – sheets of material as thin as the error of their own faces.
 //! * [`Areas`] – what is too deep or too high, area by area.
@@ -14,8 +16,8 @@
 //! * [`overcuts`] – gouges between the rays, decided on the swept pieces.
 //! * [`uncut`] – places next to the design that no piece has cleared.
 //!
-//! Nearest points of a mesh are found by branch and bound over a bounding volume hierarchy; their sign by angle-weighted
-//! pseudo-normals (Baerentzen and Aanaes 2005).
+//! Nearest points of a mesh are found by branch and bound over a bounding volume hierarchy; their sign by
+//! angle-weighted pseudo-normals (Baerentzen and Aanaes 2005).
 //!
 //! Known limits: the deviation of a cut point is its distance to the nearest design point. What this misses
 //! (walls thinner than a gouge is deep) is found on the rays, for designs that bound a solid. A groove of

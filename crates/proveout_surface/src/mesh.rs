@@ -146,8 +146,8 @@ impl DesignMesh {
         self.mesh.cast_local_ray(&ray, 1.0, false).is_none()
     }
 
-    /// The middle of every stretch of the straight line between two points that lies inside of the design and begins and ends on
-    /// its surface; at most eight.
+    /// The middle of every stretch of the straight line between two points that lies inside of the design and
+    /// begins and ends on its surface; at most eight.
     pub fn middles_inside(&self, from: &Point, to: &Point) -> Vec<Point> {
         const MOST: usize = 16;
         /// Fraction of the line by which a search steps past a face.
@@ -174,8 +174,8 @@ impl DesignMesh {
         out
     }
 
-    /// Thickness of the design below a point of its surface with outward normal `n`: way to the next face, mm; infinite where
-    /// there is none.
+    /// Thickness of the design below a point of its surface with outward normal `n`: way to the next face,
+    /// mm; infinite where there is none.
     pub fn thickness(&self, p: &Point, n: &Vector) -> f64 {
         // A nanometer below, so that the face itself is not met.
         const UNDER: f64 = 1e-6;

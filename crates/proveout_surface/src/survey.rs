@@ -1,7 +1,8 @@
 //! The whole surface of a stock compared with a design, band by band.
 //!
-//! A band is some rows of rays. Its points are measured and its rays compared with the design in parallel; what came out is
-//! handed on in the order of the rays, so that nothing depends on the number of threads and no more than a band is in memory.
+//! A band is some rows of rays. Its points are measured and its rays compared with the design in parallel;
+//! what came out is handed on in the order of the rays, so that nothing depends on the number of threads and
+//! no more than a band is in memory.
 
 use proveout_geom::{Aabb, TriMesh};
 use proveout_stock::{RayPlace, RaySpan, RowMaterial, TriDexel};

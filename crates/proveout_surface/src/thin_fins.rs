@@ -1,7 +1,7 @@
 //! Thin fins: material left above the design that is no thicker than the error of its own faces.
 //!
-//! Two passes whose walls meet in one plane leave nothing between them. Where their faces come to lie a rounding apart, the stock keeps a
-//! sheet there, as high as the cut was deep:
+//! Two passes whose walls meet in one plane leave nothing between them. Where their faces come to lie a
+//! rounding apart, the stock keeps a sheet there, as high as the cut was deep:
 //!
 //! ```text
 //!      |  first pass  ||  second pass  |        each face lies within e of the true one, so that a sheet thinner than 2 e
@@ -10,13 +10,15 @@
 //!      =============== design ===========
 //! ```
 //!
-//! A ray that goes through the sheet has its thickness for its interval: the length square to the face that it meets less aslant, where
-//! both faces look away from each other (the angle between their normals is above 120 degrees, so that the crest of a ridge is none). A
-//! ray that runs *in* the sheet has a long interval and says nothing of the thickness. But the rays of the three sets cross each other in
-//! common points: where those of another set have a fin, or nothing at all, in the points in which they cross the interval, both sets
-//! can only agree within the error of the faces.
+//! A ray that goes through the sheet has its thickness for its interval: the length square to the face that
+//! it meets less aslant, where both faces look away from each other (the angle between their normals is above
+//! 120 degrees, so that the crest of a ridge is none). A ray that runs *in* the sheet has a long interval and
+//! says nothing of the thickness. But the rays of the three sets cross each other in common points: where
+//! those of another set have a fin, or nothing at all, in the points in which they cross the interval, both
+//! sets can only agree within the error of the faces.
 //!
-//! Known limits: the crest of a wedge below 60 degrees counts as fin as far as it is thinner than the bound; nothing thicker of it is left out.
+//! Known limits: the crest of a wedge below 60 degrees counts as fin as far as it is thinner than the bound;
+//! nothing thicker of it is left out.
 
 use proveout_stock::{RayPlace, RaySpan, TriDexel};
 
@@ -51,8 +53,8 @@ impl ThinFins {
         thickness <= self.thickest && n.dot(m) < AWAY
     }
 
-    /// Whether a longer interval lies in a fin at one of its ends: rays of another set cross it there in the very same points, and none of
-    /// them has more than a fin where they cross.
+    /// Whether a longer interval lies in a fin at one of its ends: rays of another set cross it there in the
+    /// very same points, and none of them has more than a fin where they cross.
     fn along(&self, stock: &TriDexel, ray: &RayPlace, span: &RaySpan, end: f64) -> bool {
         let (axis, cell) = (ray.axis, stock.cells_mm()[ray.axis]);
         let inward = if end == span.lo.at { cell } else { -cell };

@@ -1,17 +1,20 @@
 //! The worst place of an area between the rays.
 //!
-//! Rays meet the cut surface every cell, so that the deepest of their points lies above the deepest place by up to `(c/2)^2 / 2 (1/R_1 + 1/R_2)`
-//! in a groove of a cutter with these radii against the design: 10 micrometers for a ball of 3 mm and cells of 0.35 mm. The stock remembers
-//! which piece of motion made each point, and the swept surface of a piece is known exactly; so the worst place is searched on it.
+//! Rays meet the cut surface every cell, so that the deepest of their points lies above the deepest place by
+//! up to `(c/2)^2 / 2 (1/R_1 + 1/R_2)` in a groove of a cutter with these radii against the design: 10
+//! micrometers for a ball of 3 mm and cells of 0.35 mm. The stock remembers which piece of motion made each
+//! point, and the swept surface of a piece is known exactly; so the worst place is searched on it.
 //!
-//! **Height.** Over a foot on the design the height of the cut surface along the design's normal is found by inverse contact
-//! ([`SweptPath`]): for a gouge that of the path about the piece that made the point, followed while it falls; for an excess the lowest
-//! of all pieces that come near, since there the surface is highest where several meet.
+//! **Height.** Over a foot on the design the height of the cut surface along the design's normal is found by
+//! inverse contact ([`SweptPath`]): for a gouge that of the path about the piece that made the point,
+//! followed while it falls; for an excess the lowest of all pieces that come near, since there the surface is
+//! highest where several meet.
 //!
-//! **Search.** From each of the worst points of the area: a lattice of 7 x 7 feet over the cells round it, then smaller ones of 5 x 5 about
-//! the best, each with half the step of the one before, until the step is a thousandth of a cell. A lattice bounds a smooth extreme to
-//! step^2 / 2R, and a ridge, where heights fall off with a slope, to slope times step: it ends below 0.1 micrometers for cells up to 0.4 mm.
-//! Halving keeps twice the step about the best place, so that a ridge that runs askew is not lost.
+//! **Search.** From each of the worst points of the area: a lattice of 7 x 7 feet over the cells round it,
+//! then smaller ones of 5 x 5 about the best, each with half the step of the one before, until the step is a
+//! thousandth of a cell. A lattice bounds a smooth extreme to step^2 / 2R, and a ridge, where heights fall
+//! off with a slope, to slope times step: it ends below 0.1 micrometers for cells up to 0.4 mm. Halving keeps
+//! twice the step about the best place, so that a ridge that runs askew is not lost.
 //!
 //! **What keeps it on the part.** The place lies within the cells round a point of the cut surface, inside
 //! of the stock's box and the judged region, and its height is its distance from the design. Past the
@@ -19,9 +22,9 @@
 //! face into a layer that is milled off next to it. Other pieces that cut deeper at the worst place of a
 //! gouge replace the first one, and are searched in turn.
 //!
-//! Limits: an area that is partly skin of the raw stock keeps its points as excess (what the skin bounds is not searched); so do gaps of
-//! walls that are gone, and points made by an earlier run. An area with more than [`crate::MOST_STARTS`] cells of nearly the same
-//! depth is searched about the worst of them.
+//! Limits: an area that is partly skin of the raw stock keeps its points as excess (what the skin bounds is
+//! not searched); so do gaps of walls that are gone, and points made by an earlier run. An area with more
+//! than [`crate::MOST_STARTS`] cells of nearly the same depth is searched about the worst of them.
 
 use proveout_geom::{Aabb, Point, Vector};
 
@@ -43,7 +46,8 @@ const END: f64 = 1e-3;
 const STARTS_OF_EXCESS: usize = 4;
 /// Times that another piece may turn out to be deeper.
 const AGAIN: usize = 4;
-/// What a height followed may be off the point that the stock has, mm: bound of the sweeps along the normal, and rounding.
+/// What a height followed may be off the point that the stock has, mm: bound of the sweeps along the normal,
+/// and rounding.
 const SAME: f64 = 5e-3;
 /// A height may differ from the distance of its point by this fraction and mm: the corners of a mesh of a
 /// smooth face.
@@ -78,8 +82,8 @@ pub struct Worst {
     pub made_by: u32,
 }
 
-/// The deepest place of a gouge ([`Side::Missing`]), or the highest of an excess; none where nothing is worse than the points
-/// themselves, or where the motion of the points is not known.
+/// The deepest place of a gouge ([`Side::Missing`]), or the highest of an excess; none where nothing is worse
+/// than the points themselves, or where the motion of the points is not known.
 pub fn refined(on: &Refine<'_>, side: Side, starts: &Starts) -> Option<Worst> {
     let known = starts.points.first()?.0;
     let found = match side {

@@ -57,7 +57,8 @@ pub struct Tool {
     pub center_cutting: Option<bool>,
     /// Radius of the region round the axis that no edge sweeps, of a tool without edges at its center, mm, where known.
     pub dead_center: Option<f64>,
-    /// Steepest way into material of a tool without edges at its center, radian against the plane across its axis, where known.
+    /// Steepest way into material of a tool without edges at its center, radian against the plane across its
+    /// axis, where known.
     pub max_ramp_angle: Option<f64>,
     /// Highest spindle speed, 1/min, where known.
     pub max_speed_rpm: Option<f64>,
@@ -86,8 +87,9 @@ impl Tool {
         self.bodies.iter().filter(|b| b.role != Role::Cutting)
     }
 
-    /// Whether the edges reach the center of its end, so that it may go straight down: as the library states it. Where it states
-    /// nothing, the edges of an end that rises from the axis (ball, cone, flat arc) meet there; of a flat end it is not known.
+    /// Whether the edges reach the center of its end, so that it may go straight down: as the library states
+    /// it. Where it states nothing, the edges of an end that rises from the axis (ball, cone, flat arc) meet
+    /// there; of a flat end it is not known.
     pub fn cuts_at_center(&self) -> Option<bool> {
         self.center_cutting.or_else(|| {
             let end = self.cutting().next()?.profile.segments().first()?;

@@ -146,8 +146,8 @@ impl ToolBuilder {
 
     /// Makes the bodies.
     ///
-    /// The part above the flutes on the cutter's own curve or diameter is [`Role::Neck`]; from the end of the neck on, a
-    /// part with a stated shank diameter is [`Role::Shank`].
+    /// The part above the flutes on the cutter's own curve or diameter is [`Role::Neck`]; from the end of the
+    /// neck on, a part with a stated shank diameter is [`Role::Shank`].
     ///
     /// # Errors
     /// The first dimension that does not fit the others, with the key of the library file.

@@ -184,8 +184,8 @@ impl Cutter {
         Ok(Self { outline, continues: false })
     }
 
-    /// Oval (tangential barrel): a ball of `tip_radius`, then a tangent arc of `side_radius` up to its equator, where it runs into
-    /// a cylinder of `diameter`.
+    /// Oval (tangential barrel): a ball of `tip_radius`, then a tangent arc of `side_radius` up to its
+    /// equator, where it runs into a cylinder of `diameter`.
     ///
     /// ```text
     ///      |  |   cylinder, tangent at the equator
@@ -213,8 +213,8 @@ impl Cutter {
         Ok(Self::continuing(ToolOutline::start(0.0).arc([0.0, tip], tangent).arc([-back, equator], [widest, equator])))
     }
 
-    /// Drum wheel: a disk of `diameter` and height `flute_length` with a rim of `side_radius`, widest at mid-height, that runs
-    /// into plane faces through corners of `corner_radius` (0: sharp).
+    /// Drum wheel: a disk of `diameter` and height `flute_length` with a rim of `side_radius`, widest at
+    /// mid-height, that runs into plane faces through corners of `corner_radius` (0: sharp).
     ///
     /// ```text
     ///      |____
@@ -446,7 +446,8 @@ impl Cutter {
         Ok(whole.split_at(flute_length))
     }
 
-    /// The flutes as convex bodies from the tip up to `flute_length` (mm); all kinds but concave free profiles give one.
+    /// The flutes as convex bodies from the tip up to `flute_length` (mm); all kinds but concave free
+    /// profiles give one.
     ///
     /// # Errors
     /// As for a library file: a flute length that the cutter does not have.

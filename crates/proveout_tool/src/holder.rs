@@ -9,8 +9,8 @@
 //!           \/   flutes               \/
 //! ```
 //!
-//! The holder and the gauge line move along the axis; the cylinder that ends at the holder's nose becomes longer or shorter. Everything
-//! below it stays.
+//! The holder and the gauge line move along the axis; the cylinder that ends at the holder's nose becomes
+//! longer or shorter. Everything below it stays.
 
 use crate::{Body, Profile, Role, Segment, Tool};
 
@@ -35,9 +35,9 @@ impl Tool {
         holder.map(|b| b.profile.z_min()).reduce(f64::min)
     }
 
-    /// Least and largest overhang that can be clamped, mm: the holder grips the cylinder that ends at its nose, and does not leave the
-    /// end of the tool, where the library knows its length (else infinity). None without a holder, or where what ends at its nose is no
-    /// cylinder.
+    /// Least and largest overhang that can be clamped, mm: the holder grips the cylinder that ends at its
+    /// nose, and does not leave the end of the tool, where the library knows its length (else infinity). None
+    /// without a holder, or where what ends at its nose is no cylinder.
     pub fn clamping_range(&self) -> Option<[f64; 2]> {
         let nose = self.overhang()?;
         let gripped = self.gripped(nose)?;
@@ -46,8 +46,8 @@ impl Tool {
         Some([foot, self.overall_length.unwrap_or(f64::INFINITY)])
     }
 
-    /// The same tool with an overhang that is larger by `by` mm (smaller where negative). None where [`Self::clamping_range`] does not
-    /// allow it.
+    /// The same tool with an overhang that is larger by `by` mm (smaller where negative). None where
+    /// [`Self::clamping_range`] does not allow it.
     pub fn clamped_out_by(&self, by: f64) -> Option<Self> {
         let nose = self.overhang()?;
         let [least, most] = self.clamping_range()?;

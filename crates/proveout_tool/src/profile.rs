@@ -170,8 +170,8 @@ pub struct Profile {
 }
 
 impl Profile {
-    /// Radius of the ball where the profile begins with a whole quarter circle about a point of the axis, mm; none for every
-    /// other shape.
+    /// Radius of the ball where the profile begins with a whole quarter circle about a point of the axis, mm;
+    /// none for every other shape.
     pub fn ball_radius(&self) -> Option<f64> {
         match self.segments.first()? {
             Segment::Arc { center, radius, from, to } => {
@@ -278,7 +278,8 @@ impl Profile {
         if outside { best } else { -best }
     }
 
-    /// The point of the skin nearest to `[r, z]` (r >= 0), mm, with normal and curvature there; exact for lines and arcs.
+    /// The point of the skin nearest to `[r, z]` (r >= 0), mm, with normal and curvature there; exact for
+    /// lines and arcs.
     pub fn nearest(&self, p: [f64; 2]) -> SkinPoint {
         let mut best = SkinPoint { point: self.segments[0].from(), normal: [0.0, -1.0], curvature: 0.0, segment: 0 };
         let mut least = f64::INFINITY;
@@ -334,8 +335,9 @@ impl Profile {
         std::f64::consts::PI * slices
     }
 
-    /// The curve at distance `distance` (mm, zero or more) outside of this one: the body and everything nearer to it than
-    /// that. Straight pieces move outward, arcs get the larger radius, corners become arcs round themselves.
+    /// The curve at distance `distance` (mm, zero or more) outside of this one: the body and everything
+    /// nearer to it than that. Straight pieces move outward, arcs get the larger radius, corners become arcs
+    /// round themselves.
     ///
     /// ```text
     ///      ____      d: distance

@@ -1,7 +1,7 @@
 //! Threads: what a tap cuts outside of its core hole, and sizes of threads as people write them.
 //!
-//! Dimensions of the basic profile of ISO 68-1: a triangle of 60 degrees and height H = sqrt(3)/2 P, of which the inner thread keeps
-//! 5/8 H between its outer and its core diameter. Coarse pitches are those of ISO 261.
+//! Dimensions of the basic profile of ISO 68-1: a triangle of 60 degrees and height H = sqrt(3)/2 P, of which
+//! the inner thread keeps 5/8 H between its outer and its core diameter. Coarse pitches are those of ISO 261.
 
 use crate::ShapeError;
 use crate::cutter::refuse;
@@ -20,7 +20,8 @@ const THREADS_PER_INCH: std::ops::RangeInclusive<f64> = 4.0..=120.0;
 /// Nominal diameters that differ by less are one, mm: rounding.
 const SAME_DIAMETER_MM: f64 = 1e-9;
 
-/// Nominal diameter and coarse pitch, mm (ISO 261, all choices that have a coarse pitch). The only table of it: readers of programs use it too.
+/// Nominal diameter and coarse pitch, mm (ISO 261, all choices that have a coarse pitch). The only table of
+/// it: readers of programs use it too.
 const COARSE: [(f64, f64); 40] = [
     (1.0, 0.25),
     (1.1, 0.25),
@@ -64,7 +65,8 @@ const COARSE: [(f64, f64); 40] = [
     (68.0, 6.0),
 ];
 
-/// The coarse pitch of a metric thread of this nominal diameter, mm (ISO 261); none where the standard has no coarse pitch for it.
+/// The coarse pitch of a metric thread of this nominal diameter, mm (ISO 261); none where the standard has no
+/// coarse pitch for it.
 pub fn coarse_pitch(diameter: f64) -> Option<f64> {
     COARSE.into_iter().find(|(d, _)| (d - diameter).abs() < SAME_DIAMETER_MM).map(|(_, pitch)| pitch)
 }
@@ -111,7 +113,8 @@ pub struct ThreadSize {
     pub pitch_told: bool,
 }
 
-/// The thread that a text names: `M8`, `M8X1.25`, `M8 x 1`, `M8-1.25`, `10-32`, `#8-32`, `1/4-20 UNC`; none where there is no such size.
+/// The thread that a text names: `M8`, `M8X1.25`, `M8 x 1`, `M8-1.25`, `10-32`, `#8-32`, `1/4-20 UNC`; none
+/// where there is no such size.
 ///
 /// ```
 /// use proveout_tool::{Thread, thread_of};

@@ -1,4 +1,5 @@
-//! Options of the commands about what runs have left, and of those that install: measure, diff, view, verify, sign, completions, manual.
+//! Options of the commands about what runs have left, and of those that install: measure, diff, view, verify,
+//! sign, completions, manual.
 
 use std::path::PathBuf;
 

@@ -12,7 +12,8 @@ use crate::{args::MeasureArgs, failure::Failure};
 /// Micrometers of a millimeter.
 const UM_PER_MM: f64 = 1e3;
 
-/// Measures a stock or a texture: lines on standard output, and a file where one is asked for. False where a texture stays unchecked.
+/// Measures a stock or a texture: lines on standard output, and a file where one is asked for. False where a
+/// texture stays unchecked.
 pub(crate) fn measure(args: &MeasureArgs) -> Result<bool, Failure> {
     match (&args.profile, &args.file) {
         (Some(profile), _) => roughness::measure(args, profile, true),

@@ -1,7 +1,8 @@
 //! Which findings of two runs are the same one: pairs, each finding in one of them or in none.
 //!
-//! Code, bodies, file and line agree. Of several the two pair whose places are nearest to each other, then the next two. Places that are farther apart than the
-//! area of the fault is wide are two faults: one is gone, and one is new.
+//! Code, bodies, file and line agree. Of several the two pair whose places are nearest to each other, then
+//! the next two. Places that are farther apart than the area of the fault is wide are two faults: one is
+//! gone, and one is new.
 
 use std::collections::BTreeMap;
 

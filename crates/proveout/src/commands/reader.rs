@@ -18,7 +18,8 @@ pub(crate) fn dialect_of(name: &str) -> Result<Dialect, Failure> {
     })
 }
 
-/// Settings for a program: of the control that the call names, else of that of the machine, then what the call itself states.
+/// Settings for a program: of the control that the call names, else of that of the machine, then what the
+/// call itself states.
 pub(crate) fn settings(args: &ReaderArgs, machine: Option<&Machine>, program: &Path) -> Result<Settings, Failure> {
     let told = |e: SimError| Failure::from(&e);
     let dialect = args.dialect.as_deref().map_or(Ok(Dialect::Auto), dialect_of)?;

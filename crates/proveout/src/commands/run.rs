@@ -126,7 +126,8 @@ fn journal(resume: bool, folder: &RunFolder, begun: &Begun) -> Result<Journal, F
     Ok(journal)
 }
 
-/// A failure, and what becomes of the journal: it stays where the system refused something, since nothing is wrong with the run itself.
+/// A failure, and what becomes of the journal: it stays where the system refused something, since nothing is
+/// wrong with the run itself.
 fn failed(error: &SimError, folder: &RunFolder) -> Failure {
     let failure = Failure::from(error);
     match error {
@@ -180,7 +181,8 @@ fn accepted(verdict: &Verdict, gates: &[String]) -> State {
     State::Unchecked
 }
 
-/// Refuses a call that wants a recording from a build that writes none, or a running viewer where none answers, before the run takes its time.
+/// Refuses a call that wants a recording from a build that writes none, or a running viewer where none
+/// answers, before the run takes its time.
 pub(super) fn check_viewer(rerun: RerunArg) -> Result<(), Failure> {
     if cfg!(not(feature = "rerun")) && !matches!(rerun, RerunArg::Off) {
         return Err(Failure::new("--rerun: this build writes no recordings (feature `rerun` is off)")

@@ -7,15 +7,17 @@
 //!     X = x - x'0        V = |p - p'|^2 >= (X - i)^2 + (A + B i + j)^2 - A C i^2 - |B i + j| C i^2
 //! ```
 //!
-//! as long as `M >= 0`. Without its last two parts the right side is `U = (X - i)^2 + (A + B i + j)^2`: on the airfoil, where `i = t`, `j = 0`, a
-//! parabola; in the fillet, where i and j are sines in b, a sum of sines of b and 2 b, of which slope and least second derivative give a parabola
-//! below. Its least value is taken. Besides, `V >= min (X - i)^2 + min(M, 0 below)^2`, and
-//! for every unit vector `(m, n)` with `n >= 0`: `sqrt V >= m (X - i) + n M`, a sine in b.
+//! as long as `M >= 0`. Without its last two parts the right side is `U = (X - i)^2 + (A + B i + j)^2`: on
+//! the airfoil, where `i = t`, `j = 0`, a parabola; in the fillet, where i and j are sines in b, a sum of
+//! sines of b and 2 b, of which slope and least second derivative give a parabola below. Its least value is
+//! taken. Besides, `V >= min (X - i)^2 + min(M, 0 below)^2`, and for every unit vector `(m, n)` with `n >=
+//! 0`: `sqrt V >= m (X - i) + n M`, a sine in b.
 //!
-//! A and B come from the convexity of `|z|`: `z = R(-w x') q - c(s)` bends by no more than `w^2 |q|` along x' and 1/R along s (for q
-//! far away the centers are turned instead: `w^2 (|c| + R)` and 2/R), so that outside A is F less what a step along s takes away at most.
-//! Inside, `|z|^2'' / 2 <= w^2 |q| |c|` bounds `|z|''` from above where z is not zero; else `|z|` changes by at most `w min(|q|, |c|)` a mm.
-//! These bounds fall short by the square of an interval's width.
+//! A and B come from the convexity of `|z|`: `z = R(-w x') q - c(s)` bends by no more than `w^2 |q|` along x'
+//! and 1/R along s (for q far away the centers are turned instead: `w^2 (|c| + R)` and 2/R), so that outside
+//! A is F less what a step along s takes away at most. Inside, `|z|^2'' / 2 <= w^2 |q| |c|` bounds `|z|''`
+//! from above where z is not zero; else `|z|` changes by at most `w min(|q|, |c|)` a mm. These bounds fall
+//! short by the square of an interval's width.
 
 use super::{super::discs::lowest, BladeFace, NearestSearch, SliceNode};
 
@@ -63,7 +65,8 @@ impl NearestSearch<'_> {
         }
     }
 
-    /// A bound of the distance for steps within `sides` about a node, and by how much an interval's width may have lowered it.
+    /// A bound of the distance for steps within `sides` about a node, and by how much an interval's width may
+    /// have lowered it.
     pub(super) fn lower(&self, face: BladeFace, node: &SliceNode, bound: &NodeBound, sides: [f64; 2]) -> (f64, f64) {
         let NodeBound { a, b, c } = *bound;
         let x = self.p.x - node.x;

@@ -17,8 +17,9 @@
 //! Findings of the check about whole pieces are not queried again (`piece_bounds.rs`): a tool that slides
 //! along a wall is queried in every piece of its way.
 //!
-//! Pieces are kept up to [`MOST_PIECES`] and then looked at, so that memory is bounded for a program of any length. Two bodies that are met
-//! or lie one within the other have the distance zero in that part of the motion.
+//! Pieces are kept up to [`MOST_PIECES`] and then looked at, so that memory is bounded for a program of any
+//! length. Two bodies that are met or lie one within the other have the distance zero in that part of the
+//! motion.
 
 mod piece_bounds;
 mod piece_tree;
@@ -54,8 +55,8 @@ pub(crate) const FINE_MM: f64 = 1e-3;
 const NEAR_MM: f64 = 20.0;
 /// elsewhere first to this part of it: who keeps half a meter away does not care for micrometers.
 const COARSE: f64 = 0.5;
-/// Effort for the pieces that are kept at a time: of the coarse search for each pair, of the fine one for all together, and once more of that for
-/// those of which not yet is proved that they keep what is wanted.
+/// Effort for the pieces that are kept at a time: of the coarse search for each pair, of the fine one for all
+/// together, and once more of that for those of which not yet is proved that they keep what is wanted.
 const COARSE_EFFORT: u64 = 1 << 15;
 const FINE_EFFORT: u64 = 1 << 26;
 /// As much of it a pair gets until the next one is chosen.
@@ -77,7 +78,8 @@ const STANDS: f64 = 1e-8;
 /// Distances are asked for by this part farther, so that rounding hides nothing that lies at the limit.
 pub(crate) const BEYOND: f64 = 1e-12;
 
-/// Least distance of a pair over the motion so far. The true one is at least `proved`, and at most `measured` where that is known.
+/// Least distance of a pair over the motion so far. The true one is at least `proved`, and at most `measured`
+/// where that is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PairClearance {
     /// Index in [`Interference::pairs`].
@@ -89,8 +91,8 @@ pub struct PairClearance {
     pub measured: Option<f64>,
     /// When that was, s.
     pub time: Option<f64>,
-    /// Machine bodies of neighboring joints, which are near each other all the time: by the check of the motion alone, without spans. Proved is the
-    /// clearance that they keep, or zero where they came nearer.
+    /// Machine bodies of neighboring joints, which are near each other all the time: by the check of the
+    /// motion alone, without spans. Proved is the clearance that they keep, or zero where they came nearer.
     pub neighbors: bool,
 }
 
@@ -99,23 +101,26 @@ pub struct PairClearance {
 pub struct ProvedSpan {
     /// Index in [`Interference::pairs`].
     pub pair: usize,
-    /// Begin and end, s. The spans of a pair follow each other without a gap while it is in place. Spans that follow each other with the same time
-    /// are parts of one piece of the motion: at every moment of it the joints are in one of them.
+    /// Begin and end, s. The spans of a pair follow each other without a gap while it is in place. Spans that
+    /// follow each other with the same time are parts of one piece of the motion: at every moment of it the
+    /// joints are in one of them.
     pub time: [f64; 2],
     /// The joints are in this range in this part of the motion, mm and radian; one that may be at
     /// any turn has no ends.
     pub low: JointValues,
     /// Upper end of the range.
     pub high: JointValues,
-    /// Distance that is proved, mm: measured at a place (both ends of `straight`); or with the turning joints in the middle of their ranges and the slides anywhere in theirs, those without ends at every turn; or, with `straight`, of
-    /// the hulls of one body at both ends, as the other sees it.
+    /// Distance that is proved, mm: measured at a place (both ends of `straight`); or with the turning joints
+    /// in the middle of their ranges and the slides anywhere in theirs, those without ends at every turn; or,
+    /// with `straight`, of the hulls of one body at both ends, as the other sees it.
     pub distance: f64,
-    /// Most by which it is smaller anywhere in the span, mm: what turns, leaves the straight way, and the slack of the motion.
+    /// Most by which it is smaller anywhere in the span, mm: what turns, leaves the straight way, and the
+    /// slack of the motion.
     pub motion: f64,
     /// Ends of the straight motion that the joints follow, but for what is in `motion`.
     pub straight: Option<[JointValues; 2]>,
-    /// The distance is that of the hull of the parabolas on which the points go in that motion, through their places at both ends and in the middle:
-    /// `motion` then holds what leaves them, not the straight line.
+    /// The distance is that of the hull of the parabolas on which the points go in that motion, through their
+    /// places at both ends and in the middle: `motion` then holds what leaves them, not the straight line.
     pub curved: bool,
 }
 
@@ -169,7 +174,8 @@ impl Interference {
         self.proof = Some(Proof::default());
     }
 
-    /// Least distance of every pair that is checked over all motion so far, in the order of [`Self::pairs`]; empty without [`Self::with_proof`].
+    /// Least distance of every pair that is checked over all motion so far, in the order of [`Self::pairs`];
+    /// empty without [`Self::with_proof`].
     pub fn least_clearances(&mut self) -> Vec<PairClearance> {
         self.prove_kept();
         let Some(proof) = self.proof.as_ref().filter(|p| p.end.is_some()) else { return Vec::new() };
@@ -221,7 +227,8 @@ impl Interference {
         self.proof = Some(proof);
     }
 
-    /// Notes the distance of a pair on the straight way of the joints, or on the parabolas of the points, through the piece that is checked now.
+    /// Notes the distance of a pair on the straight way of the joints, or on the parabolas of the points,
+    /// through the piece that is checked now.
     pub(crate) fn note_piece(&mut self, pair: usize, distance: f64, curved: bool) {
         let Some(proof) = &mut self.proof else { return };
         proof.noted.push(PieceRecord { pair, piece: proof.kept.len(), distance, curved });
@@ -494,8 +501,9 @@ impl<'a> PairAsk<'a> {
         Some(bound)
     }
 
-    /// The motion by which the distance of all places of a stretch may be too large, mm, and the straight motion whose hull they are taken for: its ends, and
-    /// whether by the parabolas of the points. None for the box.
+    /// The motion by which the distance of all places of a stretch may be too large, mm, and the straight
+    /// motion whose hull they are taken for: its ends, and whether by the parabolas of the points. None for
+    /// the box.
     fn held(
         &self,
         way: &PieceTree,

@@ -1,8 +1,9 @@
 //! What the check of the motion has found of single pieces, for the search that asks the same of stretches.
 //!
-//! A tool that slides along a wall is asked about in nearly every piece by the check, by the hull of its way through the piece. The search would halve
-//! its stretches down to the same pieces and ask the same once more. So the answers are kept, and a stretch whose pieces all have one that is good enough
-//! is done without a look.
+//! A tool that slides along a wall is asked about in nearly every piece by the check, by the hull of its way
+//! through the piece. The search would halve its stretches down to the same pieces and ask the same once
+//! more. So the answers are kept, and a stretch whose pieces all have one that is good enough is done without
+//! a look.
 
 use super::piece_tree::PieceTree;
 use super::search::StretchBound;
@@ -62,7 +63,8 @@ impl PieceBounds {
         Some(at)
     }
 
-    /// Number of pieces of a node of which something is noted, and the least bound of them, as [`StretchBound::reached`].
+    /// Number of pieces of a node of which something is noted, and the least bound of them, as
+    /// [`StretchBound::reached`].
     pub(crate) fn below(&self, node: usize) -> (usize, f64) {
         self.nodes.get(node).map_or((0, f64::INFINITY), |n| (n.0 as usize, n.1))
     }

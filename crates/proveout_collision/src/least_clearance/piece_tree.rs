@@ -65,7 +65,8 @@ pub(crate) enum MotionStretch {
     Part(usize, [f64; 2]),
 }
 
-/// Pieces in order of time, and a binary tree of ranges over them: node 1 is all of them, node n has the halves 2 n and 2 n + 1.
+/// Pieces in order of time, and a binary tree of ranges over them: node 1 is all of them, node n has the
+/// halves 2 n and 2 n + 1.
 #[derive(Clone, Debug)]
 pub(crate) struct PieceTree {
     pieces: Vec<KeptPiece>,
@@ -185,8 +186,9 @@ impl PieceTree {
         }
     }
 
-    /// Straight motion of the joints from the begin of a stretch to its end, and by how much each joint leaves it, mm and radian: at every moment all
-    /// of them are so near to one place of it. `weights` say what a unit of each joint is worth. None for a stretch of many pieces.
+    /// Straight motion of the joints from the begin of a stretch to its end, and by how much each joint
+    /// leaves it, mm and radian: at every moment all of them are so near to one place of it. `weights` say
+    /// what a unit of each joint is worth. None for a stretch of many pieces.
     pub(crate) fn chord(
         &self,
         stretch: MotionStretch,
@@ -216,7 +218,8 @@ impl PieceTree {
         Some(([from, to], off + self.ranges[n].off))
     }
 
-    /// A place of the motion near the middle of a stretch: joints, and when, s, as if the joints went uniformly through the piece.
+    /// A place of the motion near the middle of a stretch: joints, and when, s, as if the joints went
+    /// uniformly through the piece.
     pub(crate) fn middle(&self, stretch: MotionStretch) -> (JointValues, f64) {
         if let (Some([a, b]), Some((piece, [s, t]))) = (self.line(stretch), self.within(stretch)) {
             let time = piece.time[0] + (piece.time[1] - piece.time[0]) * 0.5 * (s + t);
@@ -244,8 +247,9 @@ mod tests {
         }
     }
 
-    /// For any number of pieces the halves of a stretch follow each other without a gap in time and along the way, down to parts of one piece,
-    /// and their joints lie within its range. At any moment the joints are in a stretch of that time, however they went through the piece.
+    /// For any number of pieces the halves of a stretch follow each other without a gap in time and along the
+    /// way, down to parts of one piece, and their joints lie within its range. At any moment the joints are
+    /// in a stretch of that time, however they went through the piece.
     #[test]
     fn halves_are_the_whole() {
         for n in 1..20 {

@@ -2,25 +2,29 @@
 //!
 //! Of a stretch of the motion one of three things is proved.
 //!
-//! *Place.* At a place q of the motion the distance D is measured; elsewhere in the stretch it is smaller by at most `T = sum w_j max |q'_j - q_j|`
-//! (Mirtich 1996).
+//! *Place.* At a place q of the motion the distance D is measured; elsewhere in the stretch it is smaller by
+//! at most `T = sum w_j max |q'_j - q_j|` (Mirtich 1996).
 //!
-//! *Box.* The joints are in a box. At its middle, with the slides free and the turning joints held, the distance D of the two is proved (text of
-//! `swept.rs`); turning to any other place of the box moves a point of one against the other by at most `T = sum w_j h_j` over the turning
-//! joints, w being farthest distances from their axes and h half the edges of the box.
+//! *Box.* The joints are in a box. At its middle, with the slides free and the turning joints held, the
+//! distance D of the two is proved (text of `swept.rs`); turning to any other place of the box moves a point
+//! of one against the other by at most `T = sum w_j h_j` over the turning joints, w being farthest distances
+//! from their axes and h half the edges of the box.
 //!
-//! *Chord.* The joints go from one end of the stretch to the other along a straight line d, and leave it by no more than `e_j`. D is the distance of the
-//! hull of the body at both ends. A point p of it leaves its own chord by at most `|p''| / 8`; its second derivative is a sum over pairs of
-//! joints of which the outer one turns, `|p''| <= 2 (sum |d_turning|) (sum w_j |d_j|)`, so that `T = (sum |d_turning|) (sum w_j |d_j|) / 4 +
-//! sum w_j e_j`. Only points nearer to the other body than what is asked for count; for joints that carry the other body w is their distance from
-//! the axis, so much more than that of the other body's points. It shrinks with the square of the length, that of the box with the length.
+//! *Chord.* The joints go from one end of the stretch to the other along a straight line d, and leave it by
+//! no more than `e_j`. D is the distance of the hull of the body at both ends. A point p of it leaves its
+//! own chord by at most `|p''| / 8`; its second derivative is a sum over pairs of joints of which the outer
+//! one turns, `|p''| <= 2 (sum |d_turning|) (sum w_j |d_j|)`, so that `T = (sum |d_turning|) (sum w_j |d_j|)
+//! / 4 + sum w_j e_j`. Only points nearer to the other body than what is asked for count; for joints that
+//! carry the other body w is their distance from the axis, so much more than that of the other body's
+//! points. It shrinks with the square of the length, that of the box with the length.
 //!
-//! *Curve.* The same with the parabola of each point through its places at both ends and in the middle, in the hull of its control points (text of `swept.rs`).
-//! `|p'''| <= 3 (sum |d_turning|)^2 (sum w_j |d_j|)`, by the same count of the joints of which the outer two turn, and a parabola through three places leaves
-//! a point by `|p'''| / (72 sqrt 3)`, so that `T = 0.0241 (sum |d_turning|)^2 (sum w_j |d_j|) + sum w_j e_j`.
+//! *Curve.* The same with the parabola of each point through its places at both ends and in the middle, in
+//! the hull of its control points (text of `swept.rs`). `|p'''| <= 3 (sum |d_turning|)^2 (sum w_j |d_j|)`, by
+//! the same count of the joints of which the outer two turn, and a parabola through three places leaves a
+//! point by `|p'''| / (72 sqrt 3)`, so that `T = 0.0241 (sum |d_turning|)^2 (sum w_j |d_j|) + sum w_j e_j`.
 //!
-//! *Turns.* A box in which one joint may be anywhere: D is the distance of the hulls of all its turns (text of `ring.rs`), and this joint does not count
-//! in T.
+//! *Turns.* A box in which one joint may be anywhere: D is the distance of the hulls of all its turns (text
+//! of `ring.rs`), and this joint does not count in T.
 //!
 //! Over the whole stretch then
 //!
@@ -29,9 +33,10 @@
 //!                                                     else both halves of the stretch, the one with the smaller bound first
 //! ```
 //!
-//! Every stretch that is done is a part of the certificate: its time, the box, D and T. Since the stretch with the smallest bound comes first, what is
-//! opened has a bound below the true least distance less the tolerance, whatever the order in which places are measured (Hart, Nilsson and
-//! Raphael 1968). At the end the longest stretches count whose bound is good enough.
+//! Every stretch that is done is a part of the certificate: its time, the box, D and T. Since the stretch
+//! with the smallest bound comes first, what is opened has a bound below the true least distance less the
+//! tolerance, whatever the order in which places are measured (Hart, Nilsson and Raphael 1968). At the end
+//! the longest stretches count whose bound is good enough.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
@@ -45,7 +50,8 @@ use super::{BEYOND, ENOUGH_MM};
 /// A stretch whose motion is more than this part of the least distance that was measured is long.
 const LONG: f64 = 0.05;
 
-/// What is proved of a stretch: D, and by how much at most the distance is smaller somewhere in it (T and the slack), mm.
+/// What is proved of a stretch: D, and by how much at most the distance is smaller somewhere in it (T and the
+/// slack), mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct StretchBound {
     pub(crate) distance: f64,
@@ -85,7 +91,8 @@ pub(crate) struct MeasuredDistance {
     pub(crate) time: f64,
 }
 
-/// How near the bound is to come to the least distance that was measured: the larger of a length, mm, and a part of the distance.
+/// How near the bound is to come to the least distance that was measured: the larger of a length, mm, and a
+/// part of the distance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tolerance {
     pub(crate) absolute: f64,
@@ -94,8 +101,9 @@ pub(crate) struct Tolerance {
 
 /// Asks about one pair.
 pub(crate) trait Ask {
-    /// What is proved of the joints in a stretch; D needs to be known below `limit` plus T only. `seen` is a distance in the stretch, mm: where it leaves
-    /// no room for T, the distance of the whole is not asked for.
+    /// What is proved of the joints in a stretch; D needs to be known below `limit` plus T only. `seen` is a
+    /// distance in the stretch, mm: where it leaves no room for T, the distance of the whole is not asked
+    /// for.
     fn bound(&mut self, way: &PieceTree, stretch: MotionStretch, limit: f64, seen: f64) -> StretchBound;
 
     /// The T of [`Self::bound`] that a shorter stretch makes smaller, mm.
@@ -157,7 +165,8 @@ pub(crate) struct LeastSearch {
 }
 
 impl LeastSearch {
-    /// `known` is the least distance that was measured of the pair before; beyond `enough` (mm) it is not asked how far. `noted` is known of pieces.
+    /// `known` is the least distance that was measured of the pair before; beyond `enough` (mm) it is not
+    /// asked how far. `noted` is known of pieces.
     pub(crate) fn new(way: &PieceTree, known: Option<MeasuredDistance>, enough: f64, noted: PieceBounds) -> Self {
         let whole = MotionStretch::Node(1);
         let open = OpenStretch { least: f64::NEG_INFINITY, stretch: whole, begin: way.begin(whole), parent: None };
@@ -194,7 +203,8 @@ impl LeastSearch {
         self.open.peek().map(|o| o.least).filter(|least| *least < wanted && wanted > 0.0)
     }
 
-    /// Goes on until the bound of what is open is within `tolerance` of the least distance measured, or `most` effort was made.
+    /// Goes on until the bound of what is open is within `tolerance` of the least distance measured, or
+    /// `most` effort was made.
     pub(crate) fn refine(&mut self, way: &PieceTree, ask: &mut impl Ask, tolerance: Tolerance, most: u64) {
         let begin = ask.effort();
         if let Some(worst) = self.noted.worst().filter(|_| self.looked.is_empty() && self.enough > 0.0) {
@@ -242,8 +252,9 @@ impl LeastSearch {
         }
     }
 
-    /// Takes a stretch by what is known of its pieces: where that is enough of all of them they are done, and where it is known of most of them the stretch is
-    /// parted without a look. Gives the stretch back where neither is so.
+    /// Takes a stretch by what is known of its pieces: where that is enough of all of them they are done, and
+    /// where it is known of most of them the stretch is parted without a look. Gives the stretch back where
+    /// neither is so.
     fn split_by_pieces(&mut self, way: &PieceTree, next: OpenStretch, wanted: f64) -> Option<OpenStretch> {
         let MotionStretch::Node(node) = next.stretch else { return Some(next) };
         let (known, least) = self.noted.below(node);
@@ -267,8 +278,8 @@ impl LeastSearch {
         Some(next)
     }
 
-    /// Whether to measure at a place of the stretch before all of it is asked for: while nothing is known, where a rough bound will do, and where the stretch is
-    /// so long that it is most likely parted.
+    /// Whether to measure at a place of the stretch before all of it is asked for: while nothing is known,
+    /// where a rough bound will do, and where the stretch is so long that it is most likely parted.
     fn is_place_first(&self, way: &PieceTree, ask: &impl Ask, stretch: MotionStretch, tolerance: Tolerance) -> bool {
         let Some(known) = self.measured.filter(|_| tolerance.relative == 0.0) else { return true };
         let wanted = self.wanted(tolerance);
@@ -280,7 +291,8 @@ impl LeastSearch {
         let (joints, time) = way.middle(stretch);
         let known = self.measured.map_or(self.enough, |m| m.distance);
         let needed = wanted - ask.about(way, stretch, &joints, 0.0).reached();
-        // Where it is not asked how far they are, a place that is nearer than the nearest one so far does not matter either.
+        // Where it is not asked how far they are, a place that is nearer than the nearest one so far does not
+        // matter either.
         let nearer = if self.measured.is_none() { ENOUGH_MM } else { known.min(self.enough) };
         let limit = nearer.max(needed) * (1.0 + BEYOND);
         let [proved, distance] = ask.distance(&joints, limit);
@@ -317,7 +329,8 @@ impl LeastSearch {
         self.enough <= 0.0
     }
 
-    /// The stretches that make up the whole, in order along it, each as long as its bound is no worse than what the search has reached in all.
+    /// The stretches that make up the whole, in order along it, each as long as its bound is no worse than
+    /// what the search has reached in all.
     pub(crate) fn spans(&self, way: &PieceTree) -> Vec<(MotionStretch, StretchBound)> {
         let none = StretchBound {
             distance: 0.0,

@@ -23,8 +23,8 @@ fn way(machine: &Machine, gauge_length: f64, pieces: usize) -> Vec<JointValues> 
     (0..=pieces).map(at).collect()
 }
 
-/// Every span of every pair holds at four places of each piece of a way that takes a second each, and no more is proved of the pair than is there. Gives how
-/// many spans of parabolas were held.
+/// Every span of every pair holds at four places of each piece of a way that takes a second each, and no more
+/// is proved of the pair than is there. Gives how many spans of parabolas were held.
 fn holds(check: &Interference, least: &[PairClearance], way: &[JointValues], about: &str) -> usize {
     let (spans, pieces) = (check.proved_spans(), way.len() - 1);
     let mut curved = 0;
@@ -62,8 +62,9 @@ fn holds(check: &Interference, least: &[PairClearance], way: &[JointValues], abo
     curved
 }
 
-/// However little a search may cost, every span holds at many places of its motion, the spans cover all of it, and what is proved of a pair is never
-/// above what is there. With all the effort the least distance is known to a micrometer.
+/// However little a search may cost, every span holds at many places of its motion, the spans cover all of
+/// it, and what is proved of a pair is never above what is there. With all the effort the least distance is
+/// known to a micrometer.
 #[test]
 fn what_little_effort_proves_is_true() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
@@ -98,8 +99,8 @@ fn what_little_effort_proves_is_true() {
     assert!(reached.windows(2).all(|w| w[0].3 < w[1].3) && reached[2].1 > 0.01, "{reached:?}");
 }
 
-/// A ball that runs 0.2 mm over a face while the table turns: what the check has found of the pieces is not asked again, its spans hold, and the least is as well
-/// known as without it, as are those of all pairs.
+/// A ball that runs 0.2 mm over a face while the table turns: what the check has found of the pieces is not
+/// asked again, its spans hold, and the least is as well known as without it, as are those of all pairs.
 #[test]
 fn what_the_check_has_found_is_not_asked_again() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

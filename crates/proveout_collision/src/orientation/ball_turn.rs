@@ -1,19 +1,23 @@
 //! One free angle: at which angles of a turn about a direction the tool is free, for all ball centers near one.
 //!
-//! A table turns the tool axis on a circle of equal inclination to its own, `V(a) = c (b_0 cos a + b_1 sin a) + s b_2`, while the center Q of a ball
-//! end is held. A ball of the solids' tree that is seen from Q under the direction u, at the distance r, with the radius rho, forbids axes that are nearer to u than
-//! `h = hi(r - rho .. r + rho) + asin(rho / r)` (`extent.rs`), and those of the circle among them are
+//! A table turns the tool axis on a circle of equal inclination to its own, `V(a) = c (b_0 cos a + b_1 sin
+//! a) + s b_2`, while the center Q of a ball end is held. A ball of the solids' tree that is seen from Q
+//! under the direction u, at the distance r, with the radius rho, forbids axes that are nearer to u than `h
+//! = hi(r - rho .. r + rho) + asin(rho / r)` (`extent.rs`), and those of the circle among them are
 //!
 //! ```text
 //!   c p cos(a - f) + s (b_2 . u) >= cos h          p, f: length and angle of the part of u in the plane of b_0 and b_1
 //! ```
 //!
-//! an interval about f. All that is forbidden is the union of these intervals, so that no cells of angles are needed: a ball whose interval lies in the union
-//! adds nothing, one that does not is opened, and what is small is added as it is. Skin points that are surely too near (`in` of `extent.rs`) fill the
-//! union early. What is left is free, with proof; what is added is too much by no more than the angle under which the smallest pieces are seen.
+//! an interval about f. All that is forbidden is the union of these intervals, so that no cells of angles are
+//! needed: a ball whose interval lies in the union adds nothing, one that does not is opened, and what is
+//! small is added as it is. Skin points that are surely too near (`in` of `extent.rs`) fill the union early.
+//! What is left is free, with proof; what is added is too much by no more than the angle under which the
+//! smallest pieces are seen.
 //!
-//! *All centers within a distance d of Q*: a place then moves against the tool by at most d, so that every ball is taken as larger by d. *All axes within an angle of
-//! the circle*: h grows by it. With both, one call holds for a whole block of a program, at whose middle it is made.
+//! *All centers within a distance d of Q*: a place then moves against the tool by at most d, so that every
+//! ball is taken as larger by d. *All axes within an angle of the circle*: h grows by it. With both, one call
+//! holds for a whole block of a program, at whose middle it is made.
 
 use std::f64::consts::{PI, TAU};
 
@@ -130,7 +134,8 @@ struct TurnSearch<'a> {
 }
 
 impl TurnSearch<'_> {
-    /// Middle and half width of the angles whose axes are nearer to a direction than an angle; none where there are none.
+    /// Middle and half width of the angles whose axes are nearer to a direction than an angle; none where
+    /// there are none.
     fn near(&self, direction: &Vector, angle: f64) -> Option<(f64, f64)> {
         let [x, y, z] = self.turn.basis.map(|b| b.dot(direction));
         let size = self.across * x.hypot(y);
@@ -145,7 +150,8 @@ impl TurnSearch<'_> {
         Some((y.atan2(x), (half + ROUNDING).min(PI)))
     }
 
-    /// What a ball round a place forbids: middle and half width, and half the angle under which the ball is seen, without drift.
+    /// What a ball round a place forbids: middle and half width, and half the angle under which the ball is
+    /// seen, without drift.
     fn forbidden(&self, center: &Point, radius: f64) -> Option<((f64, f64), f64)> {
         let from = center - self.turn.center;
         let r = from.norm();
@@ -226,9 +232,10 @@ impl TurnSearch<'_> {
 }
 
 impl OrientationSpace {
-    /// Angles of a turn at which neck, shank, holder and the cutter above its ball are free, proved: intervals `[from, to]` in radian, in order
-    /// and apart, `from` in -pi .. pi, `to` at most a turn above; `[-pi, pi]` where all are. Whether the ball itself goes too deep is not asked: no
-    /// angle changes that. None for a cutter without a ball end, and for numbers that make no turn.
+    /// Angles of a turn at which neck, shank, holder and the cutter above its ball are free, proved:
+    /// intervals `[from, to]` in radian, in order and apart, `from` in -pi .. pi, `to` at most a turn above;
+    /// `[-pi, pi]` where all are. Whether the ball itself goes too deep is not asked: no angle changes that.
+    /// None for a cutter without a ball end, and for numbers that make no turn.
     pub fn free_turns(&self, turn: &BallTurn) -> Option<Vec<[f64; 2]>> {
         let extents = self.extents.as_ref()?;
         let finite = turn.center.coords.iter().chain(turn.basis.iter().flat_map(|b| b.iter())).all(|v| v.is_finite());

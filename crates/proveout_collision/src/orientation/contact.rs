@@ -23,8 +23,9 @@ pub struct SurfaceContact {
     pub normal: Vector,
     /// Direction of the feed; its part along the surface is what counts.
     pub feed: Vector,
-    /// Principal curvatures of the surface, 1/mm, positive where it is convex, with their unit directions; none where they are not
-    /// known: then a cutter that is too round is only found as deep as the gouge allowance.
+    /// Principal curvatures of the surface, 1/mm, positive where it is convex, with their unit directions;
+    /// none where they are not known: then a cutter that is too round is only found as deep as the gouge
+    /// allowance.
     pub curvatures: Option<[(f64, Vector); 2]>,
 }
 

@@ -1,19 +1,21 @@
 //! Local gouging: the normal curvatures of the cutter at the contact against those of the surface.
 //!
-//! At the contact a cutter of corner radius r, whose corner centers lie on a circle of radius m, has the principal curvatures
-//! 1/r in the direction in which the axis leans and `k = sin t / (m + r sin t)` across it (t the tilt): the distance of the
-//! contact from the axis is m + r sin t, and the normal there makes the angle t with the axis (theorem of Meusnier). A ball has
-//! m = 0 and 1/r both ways. With the second fundamental form S of the surface, positive where it is convex, both lie on different
-//! sides of the tangent plane up to the second order when
+//! At the contact a cutter of corner radius r, whose corner centers lie on a circle of radius m, has the
+//! principal curvatures 1/r in the direction in which the axis leans and `k = sin t / (m + r sin t)` across
+//! it (t the tilt): the distance of the contact from the axis is m + r sin t, and the normal there makes the
+//! angle t with the axis (theorem of Meusnier). A ball has m = 0 and 1/r both ways. With the second
+//! fundamental form S of the surface, positive where it is convex, both lie on different sides of the tangent
+//! plane up to the second order when
 //!
 //! ```text
 //!   M(t, y) = (1/r) d d' + k(t) c c' + S      d = (cos y, sin y),  c = (-sin y, cos y) in (T, K)
 //! ```
 //!
-//! has no eigenvalue below zero: in every direction the cutter is at least as round as the surface is hollow. k grows with
-//! the tilt, so that M grows with it. A yaw turns the first two terms against S; the eigenvalues are the same whichever of the two is
-//! turned, and a rotation by a small angle changes a form by at most that angle times the difference of its curvatures: the
-//! smaller of 1/r - k and of the difference of the surface's curvatures is the rate for each radian of yaw.
+//! has no eigenvalue below zero: in every direction the cutter is at least as round as the surface is hollow.
+//! k grows with the tilt, so that M grows with it. A yaw turns the first two terms against S; the eigenvalues
+//! are the same whichever of the two is turned, and a rotation by a small angle changes a form by at most
+//! that angle times the difference of its curvatures: the smaller of 1/r - k and of the difference of the
+//! surface's curvatures is the rate for each radian of yaw.
 
 use super::search::Verdict;
 
@@ -31,7 +33,8 @@ fn across(circle: f64, round: f64, s: f64) -> f64 {
     if circle <= 0.0 { 1.0 / round } else { s / (circle + round * s) }
 }
 
-/// Smallest difference of the normal curvatures, cutter less hollow of the surface, at a tilt (its sine) and a yaw, 1/mm.
+/// Smallest difference of the normal curvatures, cutter less hollow of the surface, at a tilt (its sine) and
+/// a yaw, 1/mm.
 pub(crate) fn least_difference(circle: f64, round: f64, form: [f64; 3], tilt_sine: f64, yaw: f64) -> f64 {
     let (s, c) = yaw.sin_cos();
     let k = across(circle, round, tilt_sine);
@@ -75,11 +78,12 @@ pub(crate) fn judge(
 mod tests {
     use super::*;
 
-    /// Curvature of a torus section by a plane through the contact normal, from its implicit equation by finite differences:
-    /// shares nothing with the closed form.
+    /// Curvature of a torus section by a plane through the contact normal, from its implicit equation by
+    /// finite differences: shares nothing with the closed form.
     fn section_curvature(circle: f64, round: f64, tilt: f64, phi: f64) -> f64 {
         let (st, ct) = tilt.sin_cos();
-        // Tool frame: axis z, contact in the +x half plane; outward normal there is (sin t, 0, -cos t) turned to point down.
+        // Tool frame: axis z, contact in the +x half plane; outward normal there is (sin t, 0, -cos t) turned
+        // to point down.
         let normal = [st, 0.0, -ct];
         let p = [circle + round * normal[0], 0.0, round * normal[2]];
         let (u, v) = ([ct, 0.0, st], [0.0, 1.0, 0.0]);

@@ -14,19 +14,22 @@
 //!       (Q)-'
 //! ```
 //!
-//! Both bounds are taken over bins of r, each a fifth of a percent wide at most. With w the half width of a bin every place of it is within w of one at
-//! the middle distance c, and a distance changes by no more than the place moves: where the middle is farther than `need + w` from
-//! a part at an angle a, so it is at all angles within `(distance - need - w)/c` of it. Steps of that size go from a right angle up or down
-//! to the first angle at which the bound fails, and leave out none in between. The same with `need - w - distance` for places that are too near.
+//! Both bounds are taken over bins of r, each a fifth of a percent wide at most. With w the half width of a
+//! bin every place of it is within w of one at the middle distance c, and a distance changes by no more than
+//! the place moves: where the middle is farther than `need + w` from a part at an angle a, so it is at all
+//! angles within `(distance - need - w)/c` of it. Steps of that size go from a right angle up or down to the
+//! first angle at which the bound fails, and leave out none in between. The same with `need - w - distance`
+//! for places that are too near.
 
 use std::f64::consts::PI;
 
 use super::tool_part::ToolPart;
 
-/// A bin holds the distances whose first bits are the same: sign, exponent and nine bits of the fraction. There are 512 to an octave, each a
-/// fifth to a tenth of a percent wide, and no logarithm is asked for.
+/// A bin holds the distances whose first bits are the same: sign, exponent and nine bits of the fraction.
+/// There are 512 to an octave, each a fifth to a tenth of a percent wide, and no logarithm is asked for.
 const BITS_BELOW: u32 = 52 - 9;
-/// Distances below this share of the ball's radius are inside of it and are not looked at, nor those below the other, mm.
+/// Distances below this share of the ball's radius are inside of it and are not looked at, nor those below
+/// the other, mm.
 const INSIDE: f64 = 0.25;
 const LEAST_MM: f64 = 0.01;
 /// Steps end when they get shorter than this, radian: a hundredth of a degree.
@@ -89,7 +92,8 @@ impl Extent {
         Self { first, far, outer: levels, inner }
     }
 
-    /// All angles at which a place may be too near whose distance from the center lies between two; none where it cannot be.
+    /// All angles at which a place may be too near whose distance from the center lies between two; none
+    /// where it cannot be.
     #[inline(always)]
     pub(crate) fn outer(&self, low: f64, high: f64) -> Option<Cosines> {
         if low >= self.far {

@@ -47,7 +47,8 @@ pub enum Refusal {
     Inside,
     /// The surface is more hollow than the ball is round.
     Curvature,
-    /// The ball is deeper in a solid than the gouge allowance, or nearer to one that it does not cut than the clearance.
+    /// The ball is deeper in a solid than the gouge allowance, or nearer to one that it does not cut than the
+    /// clearance.
     Cutter,
 }
 
@@ -179,8 +180,8 @@ impl OrientationMap {
         self.state(axis) == Some(AxisState::Free)
     }
 
-    /// All axes nearer to this one than the angle given back, radian, are proved free; zero where it is not free itself. Axes beyond the
-    /// largest tilt of the map do not count as free.
+    /// All axes nearer to this one than the angle given back, radian, are proved free; zero where it is not
+    /// free itself. Axes beyond the largest tilt of the map do not count as free.
     pub fn room(&self, axis: &Vector) -> f64 {
         let Some(axis) = unit(axis).filter(|a| self.is_free(a)) else { return 0.0 };
         let at = self.frame.angles(&axis);
@@ -218,8 +219,9 @@ impl OrientationMap {
         best.map(|(_, found)| found)
     }
 
-    /// True where every axis on the great circle from one axis to another is proved free; then the tool may turn on it about the
-    /// contact. Opposite axes have no such way, and a bull-nose cannot pass the normal: its contact would jump across.
+    /// True where every axis on the great circle from one axis to another is proved free; then the tool may
+    /// turn on it about the contact. Opposite axes have no such way, and a bull-nose cannot pass the normal:
+    /// its contact would jump across.
     pub fn way_is_free(&self, from: &Vector, to: &Vector) -> bool {
         let (Some(a), Some(b)) = (unit(from), unit(to)) else { return false };
         if !self.is_free(&a) || !self.is_free(&b) || (a + b).norm() < OPPOSITE {

@@ -19,20 +19,22 @@
 //!
 //! # Motion of the tool inside of a cell
 //!
-//! The center Q = p + r N of the corner circle (of the ball) stays where it is while the axis turns. With e the derivative of V
-//! by t, the center of the cutter's end is O = Q - m e (m the radius of the circle on which corner centers lie, 0 for a ball).
-//! Two poses of a body of revolution differ by the least rotation about O that takes V to V' and the shift from O to O', so
-//! that no point at the distance L from O moves by more than
+//! The center Q = p + r N of the corner circle (of the ball) stays where it is while the axis turns. With e
+//! the derivative of V by t, the center of the cutter's end is O = Q - m e (m the radius of the circle on
+//! which corner centers lie, 0 for a ball). Two poses of a body of revolution differ by the least rotation
+//! about O that takes V to V' and the shift from O to O', so that no point at the distance L from O moves by
+//! more than
 //!
 //! ```text
 //!   |V' - V| L + m |e' - e|        (a rotation by a moves a point by at most 2 sin(a/2) L = |V' - V| L)          (1)
 //! ```
 //!
-//! and by the rotation about Q, of an angle of at most |t' - t| + |y' - y|, no point of distance l from Q by more than that
-//! angle times l. V and e are both unit vectors given by (polar angle, yaw), polar angles t and t + 90 degrees, and the largest
+//! and by the rotation about Q, of an angle of at most |t' - t| + |y' - y|, no point of distance l from Q by
+//! more than that angle times l. V and e are both unit vectors given by (polar angle, yaw), polar angles t
+//! and t + 90 degrees, and the largest
 //! |V' - V| over a cell from its center is that of a corner: for a given tilt it grows with |y' - y|, and for a given yaw
-//! difference up to 90 degrees V . V' is A cos(t' - f) with f in 0 .. 180 degrees, whose least value over an interval of tilts
-//! is at one of its ends.
+//! difference up to 90 degrees V . V' is A cos(t' - f) with f in 0 .. 180 degrees, whose least value over an
+//! interval of tilts is at one of its ends.
 //!
 //! *Near the contact* (1) would never end: the cutter touches there in every pose. A bull-nose is a
 //! disk (the core) widened by r; Q lies on the core in every pose and all of the core above the
@@ -54,19 +56,20 @@
 //!
 //! # Proofs
 //!
-//! A cell is *free* when every piece of every solid has a distance from the tool in the pose at the cell's center above what is
-//! asked for and the motion together; *blocked* when one point of a skin is nearer than what is asked for less its motion. Pieces
-//! are the balls of a tree over the triangles, and triangles: a plane that supports the convex body of revolution bounds their
-//! distance from below by the least height of a corner over it. What is not decided goes to the four quarters of the cell, with
-//! the list of pieces that are not yet apart. What is left at the finest cells is *unknown* and does not count as free.
+//! A cell is *free* when every piece of every solid has a distance from the tool in the pose at the cell's
+//! center above what is asked for and the motion together; *blocked* when one point of a skin is nearer than
+//! what is asked for less its motion. Pieces are the balls of a tree over the triangles, and triangles: a
+//! plane that supports the convex body of revolution bounds their distance from below by the least height of
+//! a corner over it. What is not decided goes to the four quarters of the cell, with the list of pieces that
+//! are not yet apart. What is left at the finest cells is *unknown* and does not count as free.
 //!
 //! A tool that does not meet the skin of a solid could still be wholly inside of it: one point of
 //! the tool near the contact is tested by its winding number.
 //!
 //! # The next contact
 //!
-//! The pose at (t', y') of a contact goes over to that of another contact by the rigid motion between their frames. A piece at the
-//! distance l from Q then moves against the tool by at most
+//! The pose at (t', y') of a contact goes over to that of another contact by the rigid motion between their
+//! frames. A piece at the distance l from Q then moves against the tool by at most
 //!
 //! ```text
 //!   |Q' - Q| + |R' - R| l       (R' - R: 2 sin of half the angle of the rotation between the frames)             (3)

@@ -1,7 +1,9 @@
-//! What the places of solids forbid the axis of a tool with a ball end, as seen from the center of the ball at one contact.
+//! What the places of solids forbid the axis of a tool with a ball end, as seen from the center of the ball
+//! at one contact.
 //!
-//! A *spot* is a ball of a solid's tree or a piece of a triangle. Spots are made where they are asked for, and their parts where they are opened; they live
-//! for one contact. What every look needs is kept apart from the rest, in half a line of the cache.
+//! A *spot* is a ball of a solid's tree or a piece of a triangle. Spots are made where they are asked for,
+//! and their parts where they are opened; they live for one contact. What every look needs is kept apart from
+//! the rest, in half a line of the cache.
 
 use proveout_geom::{Point, Vector};
 
@@ -49,8 +51,8 @@ enum SpotSource {
     Piece(u32),
 }
 
-/// A ball of a solid's tree or a piece of a triangle as seen from the center of the cutter's ball: what every look needs, in half a line of the
-/// cache.
+/// A ball of a solid's tree or a piece of a triangle as seen from the center of the cutter's ball: what every
+/// look needs, in half a line of the cache.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ObstacleSpot {
     /// Unit vector to its center.
@@ -112,7 +114,8 @@ pub(super) struct Spots<'a> {
 }
 
 impl<'a> Spots<'a> {
-    /// Those of the solids; `extents` are for solids that are cut and for others, `limit` is the largest tilt that is looked at, radian.
+    /// Those of the solids; `extents` are for solids that are cut and for others, `limit` is the largest tilt
+    /// that is looked at, radian.
     pub(super) fn new(
         extents: &'a [Extent; 2],
         solids: &'a [ObstacleSolid],
@@ -185,8 +188,9 @@ impl<'a> Spots<'a> {
         Some((from, to))
     }
 
-    /// The quarters of a triangle: three shrunk to a half towards its corners, and the one amid them, shrunk and turned by half a turn about the
-    /// middle of the corners. The balls that hold them come from its ball in the same way.
+    /// The quarters of a triangle: three shrunk to a half towards its corners, and the one amid them, shrunk
+    /// and turned by half a turn about the middle of the corners. The balls that hold them come from its ball
+    /// in the same way.
     #[inline(always)]
     fn quarter(&mut self, solid: u32, piece: &TrianglePiece) {
         let TrianglePiece { corners: [a, b, c], center, radius } = piece;
@@ -205,8 +209,8 @@ impl<'a> Spots<'a> {
         }
     }
 
-    /// What balls forbid, of those that forbid an axis that is looked at: the same operation for each, so that the compiler makes vector
-    /// instructions of it.
+    /// What balls forbid, of those that forbid an axis that is looked at: the same operation for each, so
+    /// that the compiler makes vector instructions of it.
     #[inline(always)]
     #[allow(clippy::needless_range_loop, reason = "the same step of several arrays at once")]
     fn spots_of_balls<const N: usize>(

@@ -1,9 +1,10 @@
-//! Sixteen cells of axes at once against a spot (`obstacle_spots.rs`): the same operation for each, in the vector instructions that the processor has (`pulp`
-//! chooses at run time). Nothing is rounded across cells or fused: the same bits everywhere.
+//! Sixteen cells of axes at once against a spot (`obstacle_spots.rs`): the same operation for each, in the
+//! vector instructions that the processor has (`pulp` chooses at run time). Nothing is rounded across cells
+//! or fused: the same bits everywhere.
 //!
-//! Angles are compared by their cosines, in single precision. A unit vector has three numbers off by half a unit of the last place each, which is
-//! 6e-8, and so have cosines and sines; with the roundings of the products a comparison is off by 9e-7 at most. [`SLACK`] is what it
-//! must hold by.
+//! Angles are compared by their cosines, in single precision. A unit vector has three numbers off by half a
+//! unit of the last place each, which is 6e-8, and so have cosines and sines; with the roundings of the
+//! products a comparison is off by 9e-7 at most. [`SLACK`] is what it must hold by.
 
 use proveout_geom::Vector;
 use pulp::Simd;

@@ -9,8 +9,8 @@ use super::tool_part::ToolPart;
 
 /// Added to every bound of a motion, mm: far above the rounding of coordinates of a meter, far below every tolerance.
 const ROUNDING_MM: f64 = 1e-9;
-/// A ball of the tree is opened when it is larger than this share of the motion inside of the cell: what is smaller is left to
-/// smaller cells, for which it is most often apart as a whole.
+/// A ball of the tree is opened when it is larger than this share of the motion inside of the cell: what is
+/// smaller is left to smaller cells, for which it is most often apart as a whole.
 const OPEN_SHARE: f64 = 1.0;
 /// Steps of the search for a plane between a triangle and a part: each is a projection on both.
 const PLANE_STEPS: usize = 10;
@@ -82,7 +82,8 @@ impl CellPose {
 
     /// How much the distance of a place from a part may change: formulas (1), (2) and (3).
     fn motion(&self, limb: &ToolPart, at: MomentArms) -> f64 {
-        // Seen from the part no more moves than the place, seen from the place no more than the farthest point of the part.
+        // Seen from the part no more moves than the place, seen from the place no more than the farthest
+        // point of the part.
         let far = at.pivot.min(limb.reach + self.offset);
         let inside = if limb.is_disk() {
             // No two points of the disk are farther apart than its diameter.
@@ -298,7 +299,8 @@ fn plane(pose: &CellPose, limb: &ToolPart, need: f64, corners: &[Point; 3]) -> B
         if height.distance + lowest > wanted {
             return BallNearness::Apart;
         }
-        // Projections go along nearly parallel faces with short steps: planes of the face and of edges along the side end that.
+        // Projections go along nearly parallel faces with short steps: planes of the face and of edges along
+        // the side end that.
         let next = if step == 1 {
             let (least, nearest) = face_and_edges(pose, limb, corners);
             if least > wanted {
@@ -319,8 +321,8 @@ fn plane(pose: &CellPose, limb: &ToolPart, need: f64, corners: &[Point; 3]) -> B
     BallNearness::Open { motion, depth: 0.0 }
 }
 
-/// The best of the planes along the face of a triangle and along an edge and the axis: least height of a corner over the part, and
-/// the point of the part that the plane touches.
+/// The best of the planes along the face of a triangle and along an edge and the axis: least height of a
+/// corner over the part, and the point of the part that the plane touches.
 fn face_and_edges(pose: &CellPose, limb: &ToolPart, corners: &[Point; 3]) -> (f64, Point) {
     let [a, b, c] = corners;
     let edges = [b - a, c - b, a - c];

@@ -21,7 +21,8 @@ use super::walk::OrientationWalk;
 
 /// Cells are at least this high, radian: 0.02 degrees, a fifth of what a rotary axis of a machine holds under load.
 const LEAST_CELL: f64 = 3.5e-4;
-/// Cells are at most this high before they are halved, radian: yaws of the bounds must not differ by more than a right angle.
+/// Cells are at most this high before they are halved, radian: yaws of the bounds must not differ by more
+/// than a right angle.
 const LARGEST_CELL: f64 = std::f64::consts::FRAC_PI_4;
 /// Part by which a limit of the settings, which are given in degrees, may round above the largest, and below the least.
 const ABOVE: f64 = 1e-12;
@@ -34,7 +35,8 @@ pub struct Obstacle<'a> {
     pub name: &'a str,
     /// Closed mesh, mm.
     pub mesh: &'a TriMesh,
-    /// The cutter touches it: the part. It may go into it as deep as the gouge allowance; from all others it keeps the clearance.
+    /// The cutter touches it: the part. It may go into it as deep as the gouge allowance; from all others it
+    /// keeps the clearance.
     pub cut: bool,
 }
 
@@ -54,8 +56,8 @@ pub struct OrientationSettings {
 }
 
 impl Default for OrientationSettings {
-    /// From 16 down to 0.5 degrees, up to a tilt of 75; 0.2 mm of clearance, 0.02 mm of gouge allowance. Nearer to 90 degrees the
-    /// side of a cutter lies along the surface, and the finest cells decide little.
+    /// From 16 down to 0.5 degrees, up to a tilt of 75; 0.2 mm of clearance, 0.02 mm of gouge allowance.
+    /// Nearer to 90 degrees the side of a cutter lies along the surface, and the finest cells decide little.
     fn default() -> Self {
         Self {
             largest_cell: 16_f64.to_radians(),
@@ -158,7 +160,8 @@ impl OrientationSpace {
         &self.settings
     }
 
-    /// Largest tilt of the map, radian: that of the settings, or where the rounding of the cutter's end goes over into its side.
+    /// Largest tilt of the map, radian: that of the settings, or where the rounding of the cutter's end goes
+    /// over into its side.
     pub fn tilt_limit(&self) -> f64 {
         self.grid.step * (self.grid.starts.len() - 1) as f64
     }
@@ -234,7 +237,8 @@ impl OrientationSpace {
         Ok(PivotedContact { frame, pivot, witness: frame.point + frame.normal * inside })
     }
 
-    /// Why no axis at all is free. `outside` is the distance within which the witness is known to be outside of every solid.
+    /// Why no axis at all is free. `outside` is the distance within which the witness is known to be outside
+    /// of every solid.
     pub(crate) fn refusal(&self, place: &PivotedContact, outside: Option<(Point, f64)>) -> Option<Refusal> {
         let known = outside.is_some_and(|(p, far)| (place.witness - p).norm() < far);
         if !known && self.solids.iter().any(|s| s.contains(&place.witness)) {
@@ -254,8 +258,9 @@ impl OrientationSpace {
         deep.then_some(Refusal::Cutter)
     }
 
-    /// The least difference of the normal curvatures of cutter and surface at a tilt and a yaw, 1/mm: below zero the cutter is
-    /// flatter than the surface is hollow. None where the curvatures of the surface are not known.
+    /// The least difference of the normal curvatures of cutter and surface at a tilt and a yaw, 1/mm: below
+    /// zero the cutter is flatter than the surface is hollow. None where the curvatures of the surface are
+    /// not known.
     ///
     /// # Errors
     /// A contact without point, normal or feed direction, curvatures that are not finite.
@@ -285,7 +290,8 @@ impl OrientationSpace {
         }
     }
 
-    /// Decides a cell of a map, with what is below it; `list` holds the candidates of the search that are not apart from it.
+    /// Decides a cell of a map, with what is below it; `list` holds the candidates of the search that are not
+    /// apart from it.
     pub(crate) fn refine(
         &self,
         search: &mut CellSearch<'_>,

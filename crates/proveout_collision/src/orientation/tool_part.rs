@@ -1,4 +1,5 @@
-//! A convex part of the tool as the search sees it: distances in its half plane, z from the center O of the cutter's end.
+//! A convex part of the tool as the search sees it: distances in its half plane, z from the center O of the
+//! cutter's end.
 
 use proveout_tool::{Profile, Segment};
 
@@ -98,8 +99,8 @@ impl ToolPart {
         length([(r - self.radius).max(0.0), (self.low - z).max(z - self.high).max(0.0)])
     }
 
-    /// Support function: the largest `r u + z w` over the part, for a direction with `u >= 0` across the axis and `w` along it, and
-    /// where that is.
+    /// Support function: the largest `r u + z w` over the part, for a direction with `u >= 0` across the axis
+    /// and `w` along it, and where that is.
     pub(crate) fn support(&self, [u, w]: [f64; 2]) -> (f64, [f64; 2]) {
         let value = |p: [f64; 2]| p[0] * u + p[1] * w;
         match &self.shape {

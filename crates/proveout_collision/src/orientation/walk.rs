@@ -9,8 +9,8 @@ use super::obstacle_solids::ObstacleSolid;
 use super::search::{Candidate, CellSearch, Verdict};
 use super::space::{OrientationSpace, PivotedContact, split};
 
-/// A neighborhood reaches as far as so many steps like the last one. Farther, and fewer cells are decided for all of it; nearer, and
-/// its cost is shared by fewer contacts.
+/// A neighborhood reaches as far as so many steps like the last one. Farther, and fewer cells are decided for
+/// all of it; nearer, and its cost is shared by fewer contacts.
 const STEPS: f64 = 4.0;
 /// Its cells are halved until the motion inside of them is at most so many times the drift that it allows for.
 const STOP_SHARE: f64 = 3.0;
@@ -51,8 +51,8 @@ impl<'a> OrientationWalk<'a> {
         [self.cold, self.warm]
     }
 
-    /// The region at the next contact. It is the same as that of [`OrientationSpace::map`] but for how large the cells are that
-    /// are decided as a whole.
+    /// The region at the next contact. It is the same as that of [`OrientationSpace::map`] but for how large
+    /// the cells are that are decided as a whole.
     ///
     /// # Errors
     /// As [`OrientationSpace::map`].
@@ -85,8 +85,8 @@ impl<'a> OrientationWalk<'a> {
         Ok(map)
     }
 
-    /// The region of a ball end, found for each contact alone. That its center lies outside of the solids is known from one before as long as
-    /// no skin lies between them.
+    /// The region of a ball end, found for each contact alone. That its center lies outside of the solids is
+    /// known from one before as long as no skin lies between them.
     fn ball(&mut self, contact: &SurfaceContact) -> Result<OrientationMap, OrientationError> {
         let place = self.space.place(contact)?;
         let known = self.outside.is_some_and(|(p, far)| (place.witness - p).norm() < far);

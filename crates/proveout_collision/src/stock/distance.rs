@@ -161,8 +161,9 @@ fn counted(segment: &RaySegment, counts: Option<&HalfSpace>) -> Option<[Point; 2
 
 /// A point of the material inside of a body whose skin no ray's material meets, in W.
 ///
-/// Round a point of the material lies a ball as large as its distance from the skin, and all material in it is on the same side of it. So one
-/// winding number answers for a box of the tree that its ball holds, and boxes far from the skin are not opened.
+/// Round a point of the material lies a ball as large as its distance from the skin, and all material in it
+/// is on the same side of it. So one winding number answers for a box of the tree that its ball holds, and
+/// boxes far from the skin are not opened.
 pub(crate) fn material_inside(mesh: &MeshShape, body_from_work: &Pose, rays: &Rays<'_>) -> Option<Point> {
     let everywhere = Aabb { min: Point::from([f64::NEG_INFINITY; 3]), max: Point::from([f64::INFINITY; 3]) };
     let skin = mesh.tree.local_aabb();

@@ -1,20 +1,25 @@
 //! Bodies of machine and setup against the in-process stock.
 //!
-//! The parts of the tool are swept through the stock, exactly. Machine bodies and fixtures are meshes of any form: they are followed by
-//! distance with a motion bound, as two bodies are (see the crate's text), with the material on the rays of the stock as the other body.
+//! The parts of the tool are swept through the stock, exactly. Machine bodies and fixtures are meshes of any
+//! form: they are followed by distance with a motion bound, as two bodies are (see the crate's text), with
+//! the material on the rays of the stock as the other body.
 //!
 //! # What follows from the rays
 //!
-//! Let M be the material, S the intervals on the rays of all three sets, c the edges of a cell and `D = |c|` its diagonal.
+//! Let M be the material, S the intervals on the rays of all three sets, c the edges of a cell and `D = |c|`
+//! its diagonal.
 //!
-//! 1. *From above.* S is material, so `dist(body, M) <= dist(body, S)`. A body whose skin meets an interval meets material.
-//! 2. *From below, on faces.* Rays pass through the centers of the cells, along all three axes: they are the edges of boxes of the size
-//!    of a cell. A plane, or a fin of any thickness, cuts such a box in a polygon whose corners lie on those edges, that is on
-//!    rays. The widest polygon is the rectangle through two opposite edges; its middle is `D / 2` from its corners. So a point of a
-//!    face, or of a fin, has an interval within `D / 2`.
-//! 3. *From below, on edges.* At an edge a point may have material on one side only. A flat disk of radius `D / 2` that lies in the material,
-//!    of any direction and however thin, is met by a ray (2., for its center). A point on the rim of one has an interval within
-//!    `D / 2 + D / 2 = D`. At the corner of a block along the axes the nearest ray is at most a cell away in two directions, which is less than D.
+//! 1. *From above.* S is material, so `dist(body, M) <= dist(body, S)`. A body whose skin meets an interval
+//!    meets material.
+//! 2. *From below, on faces.* Rays pass through the centers of the cells, along all three axes: they are the
+//!    edges of boxes of the size of a cell. A plane, or a fin of any thickness, cuts such a box in a polygon
+//!    whose corners lie on those edges, that is on rays. The widest polygon is the rectangle through two
+//!    opposite edges; its middle is `D / 2` from its corners. So a point of a face, or of a fin, has an
+//!    interval within `D / 2`.
+//! 3. *From below, on edges.* At an edge a point may have material on one side only. A flat disk of radius `D
+//!    / 2` that lies in the material, of any direction and however thin, is met by a ray (2., for its
+//!    center). A point on the rim of one has an interval within `D / 2 + D / 2 = D`. At the corner of a block
+//!    along the axes the nearest ray is at most a cell away in two directions, which is less than D.
 //!
 //! ```text
 //!     . . . . . .            |<- D ->|  body farther than D from every interval:
@@ -30,7 +35,8 @@
 //! Half a diagonal is not enough: a corner of the raw block may be a whole cell away from the last
 //! ray.
 //!
-//! 4. Material is never outside of the box of the raw stock, whose distance is exact: the larger bound of the two counts.
+//! 4. Material is never outside of the box of the raw stock, whose distance is exact: the larger bound of the
+//!    two counts.
 //!
 //! # Over time
 //!
@@ -90,7 +96,8 @@ pub struct StockBreach {
     pub joints: JointValues,
     /// Distance that is proved, mm.
     pub distance: f64,
-    /// Distance of the nearest material on a ray, mm: the true distance is between the two. Zero where the skin meets it.
+    /// Distance of the nearest material on a ray, mm: the true distance is between the two. Zero where the
+    /// skin meets it.
     pub ray_distance: f64,
     /// Smallest distance that was proved while it lasts, mm.
     pub least_distance: f64,
@@ -111,7 +118,8 @@ pub struct JointMotion {
     pub joints: [JointValues; 2],
     /// Begin and end, s.
     pub time: [f64; 2],
-    /// By how much each joint may leave the straight motion, mm and radian: at every moment all of them are so near to one place of it.
+    /// By how much each joint may leave the straight motion, mm and radian: at every moment all of them are
+    /// so near to one place of it.
     pub off: JointValues,
     /// By how much a point may be elsewhere than its joints say, mm.
     pub slack: f64,
@@ -141,8 +149,8 @@ pub struct StockCheck {
     last: Option<JointValues>,
     last_time: f64,
     largest_weights: [f64; MAX_JOINTS],
-    /// Where all bodies were last looked at, by how much at least each was farther there than needs to be known, and most of that which any motion has
-    /// needed since, mm.
+    /// Where all bodies were last looked at, by how much at least each was farther there than needs to be
+    /// known, and most of that which any motion has needed since, mm.
     reference: JointValues,
     budget: f64,
     roamed: f64,
@@ -152,8 +160,9 @@ pub struct StockCheck {
 }
 
 impl StockCheck {
-    /// The stock in the workpiece frame W, mounted on the table, among the bodies and fixtures of a world in which nothing has moved,
-    /// with its clearance. `slack` is the most by which the geometric errors of the machine displace two bodies against each other, mm.
+    /// The stock in the workpiece frame W, mounted on the table, among the bodies and fixtures of a world in
+    /// which nothing has moved, with its clearance. `slack` is the most by which the geometric errors of the
+    /// machine displace two bodies against each other, mm.
     ///
     /// # Errors
     /// A box of the raw stock that bounds no solid.
@@ -230,8 +239,9 @@ impl StockCheck {
         self.bodies.iter().map(|b| &b.part.name)
     }
 
-    /// Least distance of every body that is followed, over all motion so far: proved, and of material on a ray where any was seen, mm. The true one is
-    /// at least the first; and at most the second, of what stood there at the begin of the motion.
+    /// Least distance of every body that is followed, over all motion so far: proved, and of material on a
+    /// ray where any was seen, mm. The true one is at least the first; and at most the second, of what stood
+    /// there at the begin of the motion.
     pub fn least(&self) -> impl Iterator<Item = (&Arc<str>, f64, Option<f64>)> {
         self.bodies.iter().map(|b| {
             let [proved, seen] = b.least(&self.turns, &self.reference, self.roamed);
@@ -244,8 +254,8 @@ impl StockCheck {
         &self.fixed_to_stock
     }
 
-    /// Bodies that carry the table and lie against its face where the stock lies, and the height of the layer of material on the face that
-    /// counts for nothing against them, mm.
+    /// Bodies that carry the table and lie against its face where the stock lies, and the height of the layer
+    /// of material on the face that counts for nothing against them, mm.
     pub fn flush(&self) -> (Vec<Arc<str>>, f64) {
         (self.bodies.iter().filter(|b| b.flush).map(|b| b.part.name.clone()).collect(), self.layer)
     }

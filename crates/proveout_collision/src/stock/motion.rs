@@ -20,11 +20,13 @@ const SLACK_MM: f64 = 2e-4;
 const TOLERANCE_MM: f64 = 5e-3;
 /// Motion of a body in contact with the stock between two measurements of its penetration, mm.
 const CONTACT_REFRESH_MM: f64 = 0.5;
-/// Range of the first query of a body beyond what is needed, mm; doubled where nothing is found, up to the last. Short: a search among the rays
-/// that ends nearby is cheap, and one that finds the very nearest of far ones is not.
+/// Range of the first query of a body beyond what is needed, mm; doubled where nothing is found, up to the
+/// last. Short: a search among the rays that ends nearby is cheap, and one that finds the very nearest of far
+/// ones is not.
 const FIRST_REACH_MM: f64 = 20.0;
 const LAST_REACH_MM: f64 = 80.0;
-/// Where the box of the raw stock is farther than the wanted clearance and this, mm, the rays are not asked: it is almost as near.
+/// Where the box of the raw stock is farther than the wanted clearance and this, mm, the rays are not asked:
+/// it is almost as near.
 const BOX_ENOUGH_MM: f64 = 10.0;
 /// Queries of the stock at its actual turn before it is taken at all its turns again.
 const LOOKS_BETWEEN: u32 = 64;
@@ -34,7 +36,8 @@ const JOIN_MM: f64 = 1e-3;
 /// What is known of a body by now.
 #[derive(Clone, Copy, Debug)]
 struct BodyProgress {
-    /// Most by which body and stock move against each other for a unit of each joint; where the stock is taken at all turns, they do not count.
+    /// Most by which body and stock move against each other for a unit of each joint; where the stock is
+    /// taken at all turns, they do not count.
     weights: [f64; MAX_JOINTS],
     /// The same of the stock at its actual turn.
     own_weights: [f64; MAX_JOINTS],
@@ -93,8 +96,8 @@ impl FollowedBody {
         }
     }
 
-    /// Least distance so far: proved, and seen of material on a ray, mm. Since all bodies were last looked at, at the place `reference`, none has come
-    /// nearer than there by more than `roamed`.
+    /// Least distance so far: proved, and seen of material on a ray, mm. Since all bodies were last looked
+    /// at, at the place `reference`, none has come nearer than there by more than `roamed`.
     pub(super) fn least(&self, turns: &Turns, reference: &JointValues, roamed: f64) -> [f64; 2] {
         let k = &self.known;
         let now = if k.fresh || !k.kept.is_known() {
@@ -137,9 +140,10 @@ impl StockStep<'_> {
 }
 
 impl StockCheck {
-    /// Follows motions in their order; `stock` is the stock at the begin of the first, or an earlier one. Gives how many are done: all, or
-    /// those before one in which a body would come too near to material that may be cut by then. The caller cuts what is done and calls again
-    /// with the rest. The first motion is always done.
+    /// Follows motions in their order; `stock` is the stock at the begin of the first, or an earlier one.
+    /// Gives how many are done: all, or those before one in which a body would come too near to material that
+    /// may be cut by then. The caller cuts what is done and calls again with the rest. The first motion is
+    /// always done.
     pub fn follow(&mut self, stock: &TriDexel, motions: &[JointMotion]) -> usize {
         self.tree.refresh(stock);
         let late = motions.iter().enumerate().position(|(k, motion)| !self.one(stock, motion, k == 0));
@@ -211,8 +215,9 @@ impl StockCheck {
         self.roamed = 0.0;
     }
 
-    /// By how much a body may be nearer than the straight motion of the joints says, mm: with weights w (how far it moves against the stock
-    /// for a unit of each joint) joints that are off by e bring it nearer by at most `sum w_j e_j`.
+    /// By how much a body may be nearer than the straight motion of the joints says, mm: with weights w (how
+    /// far it moves against the stock for a unit of each joint) joints that are off by e bring it nearer by
+    /// at most `sum w_j e_j`.
     fn slack(&self, i: usize, step: &StockStep<'_>) -> f64 {
         step.motion.slack + dot(&self.bodies[i].known.weights, &step.motion.off.0)
     }
@@ -226,7 +231,8 @@ impl StockCheck {
         }
     }
 
-    /// Conservative advancement (after Mirtich 1996) of one body; false where it would come too near to a stock that is too old.
+    /// Conservative advancement (after Mirtich 1996) of one body; false where it would come too near to a
+    /// stock that is too old.
     fn follow_body(&mut self, i: usize, step: &StockStep<'_>) -> bool {
         if self.bodies[i].known.fresh {
             if let Some(point) = self.inside(i, step, 0.0) {
@@ -325,8 +331,8 @@ impl StockCheck {
         }
     }
 
-    /// Whether the stock at all its turns keeps away from a body through a motion. Where it does not, it is followed turn by turn from now on, and
-    /// all turns are tried again after some looks.
+    /// Whether the stock at all its turns keeps away from a body through a motion. Where it does not, it is
+    /// followed turn by turn from now on, and all turns are tried again after some looks.
     fn all_turns_keep(&mut self, i: usize, step: &StockStep<'_>) -> bool {
         let Some((joint, ring)) = self.ring.clone() else { return false };
         let known = &mut self.bodies[i].known;

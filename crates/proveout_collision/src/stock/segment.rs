@@ -5,8 +5,8 @@ use proveout_geom::{Point, Vector};
 /// Square of the sine below which two segments count as parallel, so that their ends decide.
 const PARALLEL: f64 = 1e-10;
 
-/// Distance of a segment from a triangle, mm, with a nearest point of each; zero where they meet. A triangle without area counts as its edges, a
-/// segment without length as a point.
+/// Distance of a segment from a triangle, mm, with a nearest point of each; zero where they meet. A triangle
+/// without area counts as its edges, a segment without length as a point.
 pub(crate) fn segment_triangle(segment: [Point; 2], triangle: &[Point; 3]) -> (f64, Point, Point) {
     let [a, b, c] = *triangle;
     let normal = (b - a).cross(&(c - a));

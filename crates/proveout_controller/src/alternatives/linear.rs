@@ -54,8 +54,9 @@ pub(super) struct AtGate<'a> {
     pub(super) table: [f64; 2],
 }
 
-/// Gates of the linear joints (mm) of a ball of a radius on a tool of a length (mm), the tip within `off` of its place and rotary joints within
-/// `rounding` of theirs. None where the machine has not three straight slides, or another law than the wave.
+/// Gates of the linear joints (mm) of a ball of a radius on a tool of a length (mm), the tip within `off` of
+/// its place and rotary joints within `rounding` of theirs. None where the machine has not three straight
+/// slides, or another law than the wave.
 pub(super) fn linear_gates(
     machine: &Machine,
     table: usize,
@@ -90,7 +91,8 @@ pub(super) fn linear_gates(
         for (slot, x) in rig.slots.into_iter().zip(gate.pose.tip.coords.iter()) {
             task[slot] = *x;
         }
-        // The table's own rounding is in its interval; what is left is that of the tip and of the joints that incline the tool.
+        // The table's own rounding is in its interval; what is left is that of the tip and of the joints that
+        // incline the tool.
         let slack = rig.slack(&task, length, off + rounding * ball, rounding)?;
         for (j, joint) in &mut out {
             let wave = Wave::of(tried.map(|q| q[*j]));

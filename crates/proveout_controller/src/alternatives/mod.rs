@@ -35,8 +35,8 @@ const ALONG: f64 = 1e-9;
 /// The schedules of a run, and where its programs are among them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alternatives {
-    /// Programmed time of each block of the stretch but its first, which only begins it, and gates of the rotary joints that are
-    /// widened by [`Self::rounding`].
+    /// Programmed time of each block of the stretch but its first, which only begins it, and gates of the
+    /// rotary joints that are widened by [`Self::rounding`].
     pub schedules: Schedules,
     /// What the control may leave programmed rotary positions by, radian.
     pub rounding: f64,
@@ -46,8 +46,8 @@ pub struct Alternatives {
     pub after: Vec<Vec<f64>>,
     /// What the control may leave the tip by (the linear joints of a program without tool center point control), mm.
     pub tip_rounding: f64,
-    /// Where the programmed feed leads in the program before and in the new one: the tip at the gates in the table frame, without tool center point
-    /// control the linear joints, mm.
+    /// Where the programmed feed leads in the program before and in the new one: the tip at the gates in the
+    /// table frame, without tool center point control the linear joints, mm.
     pub ways: [Vec<Point>; 2],
     /// The joint of the channel, by its place in [`Self::schedules`].
     pub table: Option<usize>,
@@ -175,8 +175,9 @@ fn is_table(machine: &Machine, joint: usize) -> bool {
         && machine.joints[joint].carries == Carries::Workpiece
 }
 
-/// Limits of angles as limits of the table's joint, whose physical motion is `sense` times its value about the axis of the angles. The
-/// tool turns against the table: a growing angle is a motion of the table the other way.
+/// Limits of angles as limits of the table's joint, whose physical motion is `sense` times its value about
+/// the axis of the angles. The tool turns against the table: a growing angle is a motion of the table the
+/// other way.
 fn turned(sense: f64, channel: &TurnChannel, joint: &[f64]) -> Result<Vec<[f64; 2]>, &'static str> {
     const APART: &str = "the table's joint does not turn as the angles of the channel do";
     let (Some(&zero), Some(&first)) = (joint.first(), channel.angles.first()) else { return Ok(Vec::new()) };

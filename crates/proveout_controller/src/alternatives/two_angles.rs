@@ -1,4 +1,5 @@
-//! Schedules of a method that knows no channel of one angle: axes no farther from those of the program before than the method has gone.
+//! Schedules of a method that knows no channel of one angle: axes no farther from those of the program before
+//! than the method has gone.
 
 use proveout_geom::{ToolPose, Vector};
 use proveout_machine::{Carries, JointValues, Machine};
@@ -29,7 +30,8 @@ pub struct TwoAngles {
 }
 
 impl TwoAngles {
-    /// Of poses at the gates with their joints; none where the machine has not two rotary joints with velocity limits, or no axis moves.
+    /// Of poses at the gates with their joints; none where the machine has not two rotary joints with
+    /// velocity limits, or no axis moves.
     pub(super) fn new(
         machine: &Machine,
         [before, after]: [&[ToolPose]; 2],

@@ -1,7 +1,8 @@
 //! Where the control ends a program by itself: targets that no machine has, and motion that would never end.
 //!
-//! Over-travel alone ends nothing: the motion runs on, so that later findings are seen. But ten travels away, or after days of
-//! simulated time, a value of the program has the wrong unit or lost its point, and all that follows is computed in vain.
+//! Over-travel alone ends nothing: the motion runs on, so that later findings are seen. But ten travels away,
+//! or after days of simulated time, a value of the program has the wrong unit or lost its point, and all that
+//! follows is computed in vain.
 
 use proveout_machine::MAX_JOINTS;
 use proveout_nc::{Command, Location};
@@ -27,7 +28,8 @@ where
     E: std::error::Error + 'static,
     I: Iterator<Item = Result<Command, E>>,
 {
-    /// Ends the program before a motion that is out of all bounds; true when it has. `feed` is the speed along the path parameter.
+    /// Ends the program before a motion that is out of all bounds; true when it has. `feed` is the speed
+    /// along the path parameter.
     pub(super) fn ends_before(&mut self, path: &BlockPath, pace: Pace, feed: f64, location: &Location) -> bool {
         match self.too_far(path).or_else(|| self.too_long(self.least_time(path, pace, feed))) {
             Some(reason) => {

@@ -13,8 +13,9 @@ where
     E: std::error::Error + 'static,
     I: Iterator<Item = Result<Command, E>>,
 {
-    /// Part of the programmed feed that is along the way of the block, where F counts the vector of several axes: the way over the length
-    /// of the vector, so that the block takes the time that the vector takes at F.
+    /// Part of the programmed feed that is along the way of the block, where F counts the vector of several
+    /// axes: the way over the length of the vector, so that the block takes the time that the vector takes at
+    /// F.
     pub(super) fn feed_share(&self, path: &BlockPath, mapping: Mapping) -> f64 {
         let Some(counts) = self.state.feed_counts.filter(|_| mapping.tcp_length.is_none()) else { return 1.0 };
         let degrees = |r: &f64| *r == 0.0 || (r - FeedCounts::DEGREE_IS_MM).abs() < SAME_MM;

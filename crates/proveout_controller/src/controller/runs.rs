@@ -79,7 +79,8 @@ where
             return;
         }
         if block.length <= 0.0 {
-            // No way to go: a record without time, in its place in the order of blocks. In continuous-path mode it is no stop.
+            // No way to go: a record without time, in its place in the order of blocks. In continuous-path
+            // mode it is no stop.
             if block.corner.is_none() || self.out.waiting.len() >= MOST_WAITING {
                 self.stop_run();
                 self.record(block.index, &block.file, block.line, BlockKind::Move(block.kind), self.out.clock);
@@ -197,9 +198,9 @@ where
         self.ready = true;
     }
 
-    /// Makes a straight motion one of the joints, where it is or may be: without tool center point control, and on a plane whose axes
-    /// are those of the machine while no rotary joint turns. Elsewhere a coordinate of the program takes several joints, which must
-    /// keep the tip on its line.
+    /// Makes a straight motion one of the joints, where it is or may be: without tool center point control,
+    /// and on a plane whose axes are those of the machine while no rotary joint turns. Elsewhere a coordinate
+    /// of the program takes several joints, which must keep the tip on its line.
     fn in_joints(&mut self, block: &mut PathBlock, from: &JointValues) -> bool {
         if self.mapping.tcp_length.is_none() {
             return true;

@@ -1,10 +1,11 @@
 //! The spindle, and the threads whose motion it paces.
 //!
-//! *Thread.* The path runs in proportion to the angle of the spindle: feed = pitch x speed, without any override. The
-//! spindle follows the axis while it starts and stops (rigid tapping), so that the pitch holds over the whole stroke; the
-//! wait for the spindle's index mark at the begin of a thread, up to one revolution, is not counted. A direction that the
-//! cycle sets counts for the stroke alone; what the program asked for comes back with the next motion. A change of the
-//! direction takes the start time of the spindle, from one sense to the other twice that (it brakes and starts).
+//! *Thread.* The path runs in proportion to the angle of the spindle: feed = pitch x speed, without any
+//! override. The spindle follows the axis while it starts and stops (rigid tapping), so that the pitch holds
+//! over the whole stroke; the wait for the spindle's index mark at the begin of a thread, up to one
+//! revolution, is not counted. A direction that the cycle sets counts for the stroke alone; what the program
+//! asked for comes back with the next motion. A change of the direction takes the start time of the spindle,
+//! from one sense to the other twice that (it brakes and starts).
 
 use proveout_nc::{Command, Location, Spindle, SpindleDirection, ThreadMotion};
 

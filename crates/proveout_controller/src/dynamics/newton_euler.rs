@@ -138,8 +138,8 @@ impl RigidTree {
         tau
     }
 
-    /// Inertia matrix of the joints, from the bodies alone: the composite of all that a joint carries, moved by it and by
-    /// the joints before it (Featherstone 2008, section 6.2).
+    /// Inertia matrix of the joints, from the bodies alone: the composite of all that a joint carries, moved
+    /// by it and by the joints before it (Featherstone 2008, section 6.2).
     pub fn mass_matrix(&self, q: &JointValues) -> MassMatrix {
         let mut all = [LinkMotion::NOTHING; MAX_JOINTS];
         self.placed(q, &mut all);

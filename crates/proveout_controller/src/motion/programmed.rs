@@ -9,7 +9,8 @@ use nalgebra::SVector;
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{JointKind, JointValues, Machine};
 
-/// Parts of the table of lengths of a Bezier curve; Simpson's rule over 1/512 of a cubic is exact to 1e-11 of its length.
+/// Parts of the table of lengths of a Bezier curve; Simpson's rule over 1/512 of a cubic is exact to 1e-11 of
+/// its length.
 const PARTS: usize = 512;
 /// Sine of the angle between the ends of a circle below which it has no direction.
 const SAME_AXIS: f64 = 1e-12;
@@ -49,8 +50,8 @@ pub(crate) enum AxisWay {
 /// What the program says of a block.
 #[derive(Clone, Debug)]
 pub(crate) enum ProgrammedMotion {
-    /// With tool center point control, for a tool of this length, in K. In step: both at equal shares of their ways; otherwise the
-    /// axis anywhere on its own, as in a rapid motion that brings the tip first.
+    /// With tool center point control, for a tool of this length, in K. In step: both at equal shares of
+    /// their ways; otherwise the axis anywhere on its own, as in a rapid motion that brings the tip first.
     Tool { length: f64, tip: TipWay, axis: AxisWay, in_step: bool },
     /// Without: joints in proportion, but the linear joints in `slots` on their own way.
     Joints { ends: Box<[JointValues; 2]>, tip: Option<([usize; 3], TipWay)> },

@@ -7,8 +7,8 @@ use crate::error::ControlError;
 const NO_WAY_MM: f64 = 1e-9;
 
 impl Context<'_> {
-    /// Path of a retraction from the workpiece along the tool axis, the rotary joints held: by a way in mm, or as far as
-    /// the travels of the joints go.
+    /// Path of a retraction from the workpiece along the tool axis, the rotary joints held: by a way in mm,
+    /// or as far as the travels of the joints go.
     pub(crate) fn retract(&self, distance: Option<f64>, position: &Position) -> Result<BlockPath, Box<ControlError>> {
         let refuse = |message: String, help: &str| self.fail("control-retract", message, help);
         let Some(rig) = self.rig else {

@@ -240,10 +240,11 @@ mod tests {
                         for k in 0..=40 {
                             let s = from + (to - from) * f64::from(k) / 40.0;
                             let off = septic.at(s) - kinematics.joints(&quintic.jet(s)).0[0];
-                            // The remainder is highest in the middle, which was looked at, where its eighth derivative is even; twice that
-                            // where it is not.
+                            // The remainder is highest in the middle, which was looked at, where its eighth
+                            // derivative is even; twice that where it is not.
                             assert!(off.max_abs() < 2e-7, "{name} {round} {s}: {off:?}");
-                            // Central differences of steps h: rounding of 200 mm over h, and h^2/6 times the third derivative.
+                            // Central differences of steps h: rounding of 200 mm over h, and h^2/6 times the
+                            // third derivative.
                             let h = 1e-3 * (to - from);
                             let s = s.clamp(from + h, to - h);
                             let slope = (septic.at(s + h) - septic.at(s - h)) * (0.5 / h);

@@ -12,12 +12,14 @@ const NARROWEST: f64 = 1e-6;
 const BLEND_SHARE: f64 = 0.5;
 /// Largest kink (radian) between chords of a curve: more is a corner, also between short blocks.
 const GENTLE: f64 = 0.5;
-/// Lowest way by the parameter in the middle of a corner that its width is made for: that of 170 degrees, where it becomes a stop.
+/// Lowest way by the parameter in the middle of a corner that its width is made for: that of 170 degrees,
+/// where it becomes a stop.
 const SLOWEST_MIDDLE: f64 = 0.087;
-/// Half width over length of short blocks. The transform of the parabola, `3 (sin x - x cos x)/x^3` with `x = 2 pi d/L`, has its second
-/// zero here: the second derivative of equal chords has no wave of the blocks' frequency, and 2.5 percent of itself at twice that.
-/// An averaged arc of curvature k lies `k d^2/10` inside of its chords, in their middle 0.15 `k L^2` where those are 0.125 `k L^2` off: by so
-/// much its points are moved outward first (`points.rs`).
+/// Half width over length of short blocks. The transform of the parabola, `3 (sin x - x cos x)/x^3` with `x =
+/// 2 pi d/L`, has its second zero here: the second derivative of equal chords has no wave of the blocks'
+/// frequency, and 2.5 percent of itself at twice that. An averaged arc of curvature k lies `k d^2/10` inside
+/// of its chords, in their middle 0.15 `k L^2` where those are 0.125 `k L^2` off: by so much its points are
+/// moved outward first (`points.rs`).
 const OVER_SHORT: f64 = 1.23;
 /// Half width over feed of short blocks, s: waves of many tiny blocks are to die out as well.
 const SMOOTHED: f64 = 0.005;
@@ -156,10 +158,11 @@ pub(super) fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
 /// Half width at which the joints can take the corner at the feed, or at the highest speed of both blocks if that is
 /// lower: with the largest second and third derivative of the blend from the table above.
 ///
-/// In the middle of the blend between slopes u and w the way by the parameter is |u + w|/2 = cos(half of the angle), so that at the feed the
-/// parameter runs faster by one over that, and the joints accelerate by its square. The jerk is highest between middle and ends, about
-/// by its cube: at 90 degrees 2.4 times as much as at the ends of the blend where the parameter runs at the feed, cube 2.8; at
-/// 120 degrees 11 times, cube 8, within what the share of the limits leaves.
+/// In the middle of the blend between slopes u and w the way by the parameter is |u + w|/2 = cos(half of the
+/// angle), so that at the feed the parameter runs faster by one over that, and the joints accelerate by its
+/// square. The jerk is highest between middle and ends, about by its cube: at 90 degrees 2.4 times as much as
+/// at the ends of the blend where the parameter runs at the feed, cube 2.8; at 120 degrees 11 times, cube 8,
+/// within what the share of the limits leaves.
 fn needed_half_width(
     frame: &PathContext<'_>,
     (way, end, start): (WayMeasure, &JointJet, &JointJet),

@@ -1,8 +1,8 @@
 //! The spans of a run of lines whose corners are rounded together: see `fit.rs`.
 //!
-//! Between the places where supports begin or end the fitted path y is a polynomial of fourth degree: two spans a block. A
-//! span may leave out such places that lie close together; it then is the polynomial of fifth degree that has value, slope and curvature of y
-//! at its ends.
+//! Between the places where supports begin or end the fitted path y is a polynomial of fourth degree: two
+//! spans a block. A span may leave out such places that lie close together; it then is the polynomial of
+//! fifth degree that has value, slope and curvature of y at its ends.
 //!
 //! ```text
 //!   supports   |-----------|
@@ -13,11 +13,12 @@
 //!
 //! Where supports overlap, knots lie at borders of blocks rather than where supports end.
 //!
-//! Where places were left out, two things are looked at again, and no place is left out there if one does not hold.
-//! *Distance to the exact path*: at the borders of blocks and in their middle, with h^2/8 times the highest second derivative for what
-//! lies between (h: distance of the points). *Slope*: y' is a mean of the slopes of the blocks that act; the control points of the span's
-//! derivative must lie between their least and highest too, so that no joint reverses that the program does not reverse, and no
-//! longer than the longest of them for the tip.
+//! Where places were left out, two things are looked at again, and no place is left out there if one does not
+//! hold. *Distance to the exact path*: at the borders of blocks and in their middle, with h^2/8 times the
+//! highest second derivative for what lies between (h: distance of the points). *Slope*: y' is a mean of the
+//! slopes of the blocks that act; the control points of the span's derivative must lie between their least
+//! and highest too, so that no joint reverses that the program does not reverse, and no longer than the
+//! longest of them for the tip.
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
@@ -33,7 +34,8 @@ use crate::{jet::JointJet, shape::Quintic};
 const SPACING: f64 = 0.75;
 /// The same for knots at borders of blocks, which come first.
 const BORDER_SPACING: f64 = 0.4;
-/// The same for a place that counts as the last knot: the lift is 1e-18 of the half width there, its curvature 1e-6 of the highest.
+/// The same for a place that counts as the last knot: the lift is 1e-18 of the half width there, its
+/// curvature 1e-6 of the highest.
 const NOTHING: f64 = 1e-6;
 /// Places nearer than this to each other are one, part of the way and of one at least.
 const SAME_PLACE: f64 = 1e-9;
@@ -96,7 +98,8 @@ impl RunPath {
             let curve = &mut self.curve;
             match event.kind {
                 EventKind::Border => {
-                    // Where supports overlap, knots at borders of blocks spare what cuts the motion block by block the most.
+                    // Where supports overlap, knots at borders of blocks spare what cuts the motion block by
+                    // block the most.
                     if curve.most > 1 && curve.active > 0 && way >= BORDER_SPACING * event.half_width {
                         self.push_curve(frame, event.s);
                     }

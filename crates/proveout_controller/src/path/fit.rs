@@ -1,7 +1,7 @@
 //! How wide the corners of a run of lines are rounded: fitting of short blocks within the tolerances.
 //!
-//! The exact path x(s) of lines has kinks `m_i` (jumps of its slope) at `s_i`. The fitted path adds to it, for each kink, what a
-//! moving average with a parabola of half width `d_i` as weight makes of it:
+//! The exact path x(s) of lines has kinks `m_i` (jumps of its slope) at `s_i`. The fitted path adds to it,
+//! for each kink, what a moving average with a parabola of half width `d_i` as weight makes of it:
 //!
 //! ```text
 //!   y(s) = x(s) + sum of m_i d_i e((s - s_i)/d_i)      e(t) = (3 - 8|t| + 6 t^2 - t^4)/16 for |t| < 1, else 0
@@ -14,23 +14,27 @@
 //!
 //! y has continuous curvature, breaks only at the 2 n places `s_i -+ d_i`, and keeps the parameter of the exact path.
 //!
-//! *Tolerance.* e is not negative and convex on either side of its kink. So `S(s) = sum of |m_i| d_i e(..)`, which bounds the
-//! deviation |y - x|, is convex on each block and highest at the borders of blocks: looked at there, it is looked at everywhere.
-//! The half widths follow by rules that never go back:
+//! *Tolerance.* e is not negative and convex on either side of its kink. So `S(s) = sum of |m_i| d_i e(..)`,
+//! which bounds the deviation |y - x|, is convex on each block and highest at the borders of blocks: looked
+//! at there, it is looked at everywhere. The half widths follow by rules that never go back:
 //!
-//! 1. `T_i`: the widest common half width with `S(s_i)` within the tolerance. d e(x/d) grows with d, so that narrower ones keep it too.
-//! 2. `d_j <= max(T_i, |s_i - s_j|)` for all i: every kink that acts on `s_i` is no wider than `T_i`, hence `S(s_i)` holds.
-//! 3. `d_j <= d_i + |s_i - s_j|`: supports begin and end in the order of the kinks. Then y' is a mean of the slopes of the blocks
-//!    with weights that are not negative.
+//! 1. `T_i`: the widest common half width with `S(s_i)` within the tolerance. d e(x/d) grows with d, so that
+//!    narrower ones keep it too.
+//! 2. `d_j <= max(T_i, |s_i - s_j|)` for all i: every kink that acts on `s_i` is no wider than `T_i`, hence
+//!    `S(s_i)` holds.
+//! 3. `d_j <= d_i + |s_i - s_j|`: supports begin and end in the order of the kinks. Then y' is a mean of the
+//!    slopes of the blocks with weights that are not negative.
 //!
-//! Each rule only lowers, so none breaks another. A kink sees no more than [`NEIGHBORS`] others on either side: what is decided
-//! depends on six times as many blocks ahead (`points.rs` goes on from here), never on where a window of the look-ahead ends.
+//! Each rule only lowers, so none breaks another. A kink sees no more than [`NEIGHBORS`] others on either
+//! side: what is decided depends on six times as many blocks ahead (`points.rs` goes on from here), never on
+//! where a window of the look-ahead ends.
 //!
-//! *Points.* An average lies inside of a curve; `points.rs` moves the borders of short blocks outward before they are averaged, so that y
-//! passes through the programmed points of a curve.
+//! *Points.* An average lies inside of a curve; `points.rs` moves the borders of short blocks outward before
+//! they are averaged, so that y passes through the programmed points of a curve.
 //!
-//! *Limits.* S adds up sizes: kinks to and fro, which cancel in y, count fully, so that noisy points are smoothed over less length
-//! than the tolerance would allow. Blocks that are no lines keep the blends of `corner_rounding.rs`.
+//! *Limits.* S adds up sizes: kinks to and fro, which cancel in y, count fully, so that noisy points are
+//! smoothed over less length than the tolerance would allow. Blocks that are no lines keep the blends of
+//! `corner_rounding.rs`.
 
 use std::collections::VecDeque;
 
@@ -380,8 +384,8 @@ mod tests {
         }
     }
 
-    /// Kinks of random sizes at random distances; what is decided piece by piece is what is decided at once, keeps the tolerance
-    /// between all kinks too, and orders the supports.
+    /// Kinks of random sizes at random distances; what is decided piece by piece is what is decided at once,
+    /// keeps the tolerance between all kinks too, and orders the supports.
     #[test]
     fn half_widths_keep_tolerance_and_order_and_do_not_hang_on_what_is_known_when() {
         for case in 0..60 {

@@ -1,8 +1,9 @@
 //! Where the points of a run of short blocks go before it is averaged, so that the average passes through them.
 //!
-//! A moving average lies on the inner side of a curve: with the weights of `fit.rs`, `k d^2/10` for the curvature k, on top of the chords'
-//! own distance. Blocks of a curve are its chords, and their borders are its points; the fitted path shall pass through these. So each
-//! border is moved outward first, by what the average will take it inward:
+//! A moving average lies on the inner side of a curve: with the weights of `fit.rs`, `k d^2/10` for the
+//! curvature k, on top of the chords' own distance. Blocks of a curve are its chords, and their borders are
+//! its points; the fitted path shall pass through these. So each border is moved outward first, by what the
+//! average will take it inward:
 //!
 //! ```text
 //!                    o Q = P + D            the average of the moved points passes through P:
@@ -11,27 +12,32 @@
 //!          x  /   points P    x
 //! ```
 //!
-//! With `g_i` = what `fit.rs` would move border i by, `D_i = -(g_(i-1) + 2 g_i + g_(i+1))/4`. Where g hardly changes from block to block, which is so on
-//! a smooth curve, `y(s_i) = P_i` up to the second differences of g; the mean takes the zigzag of rounded coordinates out of g,
-//! which is no curvature. (This is twicing, Tukey 1977, section 16: what a smoother leaves is smoothed and added.)
+//! With `g_i` = what `fit.rs` would move border i by, `D_i = -(g_(i-1) + 2 g_i + g_(i+1))/4`. Where g hardly
+//! changes from block to block, which is so on a smooth curve, `y(s_i) = P_i` up to the second differences of
+//! g; the mean takes the zigzag of rounded coordinates out of g, which is no curvature. (This is twicing,
+//! Tukey 1977, section 16: what a smoother leaves is smoothed and added.)
 //!
-//! *Kinks.* x + D has the kinks `m_i + n_i`, with n the jumps of the slope of D; all of `fit.rs` holds with them, the half widths stay.
+//! *Kinks.* x + D has the kinks `m_i + n_i`, with n the jumps of the slope of D; all of `fit.rs` holds with
+//! them, the half widths stay.
 //!
-//! *Where.* Only at borders that are *wide*, with wide neighbors: both blocks short, the kink small, and half widths that reach over both blocks. So
-//! a moved block lies within supports throughout, blocks that are not short stay where they are, the first and the last border of a run too, and a narrow
-//! corner gets no kink that its width was not made for.
+//! *Where.* Only at borders that are *wide*, with wide neighbors: both blocks short, the kink small, and half
+//! widths that reach over both blocks. So a moved block lies within supports throughout, blocks that are not
+//! short stay where they are, the first and the last border of a run too, and a narrow corner gets no kink
+//! that its width was not made for.
 //!
-//! *Tolerance.* |y - x| <= |D| + S + N, with S and N the sums of `fit.rs` over the sizes of m and n. All three are convex on each block, so
-//! that their sum is highest at borders. With `|n_k| <= (|D_(k-1)| + |D_k|)/L + (|D_k| + |D_(k+1)|)/L'`, the sum grows with each |D| alone: drafts
-//! of D are taken whole where the sum keeps the tolerance, and in part otherwise, by the least part that any border in reach asks for. Near a
-//! sharp corner, which takes all of the tolerance, nothing is moved.
+//! *Tolerance.* |y - x| <= |D| + S + N, with S and N the sums of `fit.rs` over the sizes of m and n. All
+//! three are convex on each block, so that their sum is highest at borders. With `|n_k| <= (|D_(k-1)| +
+//! |D_k|)/L + (|D_k| + |D_(k+1)|)/L'`, the sum grows with each |D| alone: drafts of D are taken whole where
+//! the sum keeps the tolerance, and in part otherwise, by the least part that any border in reach asks for.
+//! Near a sharp corner, which takes all of the tolerance, nothing is moved.
 //!
-//! *Reversals.* y' is a mean of the slopes of the moved blocks. A block between two others whose slopes in a coordinate have no other
-//! sign than its own keeps its sign: neither end moves by more than half of its way in that coordinate. So a joint turns back
-//! only where the program turns it back, or a block away from there.
+//! *Reversals.* y' is a mean of the slopes of the moved blocks. A block between two others whose slopes in a
+//! coordinate have no other sign than its own keeps its sign: neither end moves by more than half of its way
+//! in that coordinate. So a joint turns back only where the program turns it back, or a block away from
+//! there.
 //!
-//! *Limits.* Chords that take the tolerance for themselves leave none for the points: the sums count sizes, so that points are
-//! moved in full where the average would take them by less than a third of the tolerance.
+//! *Limits.* Chords that take the tolerance for themselves leave none for the points: the sums count sizes,
+//! so that points are moved in full where the average would take them by less than a third of the tolerance.
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
@@ -207,8 +213,9 @@ impl Fit {
         [sum, size(&off).tip]
     }
 
-    /// By how much the deviation of the tip may rise on the block before a border above that at its ends: x is straight there, so
-    /// that the deviation bends with y'', and L^2/8 of it lies between. Each kink adds |m + n| k(..)/d, which falls with the distance.
+    /// By how much the deviation of the tip may rise on the block before a border above that at its ends: x
+    /// is straight there, so that the deviation bends with y'', and L^2/8 of it lies between. Each kink adds
+    /// |m + n| k(..)/d, which falls with the distance.
     pub(super) fn between(&self, i: usize, size: &dyn Fn(&JointValues) -> Tolerance) -> f64 {
         let here = self.kinks[i].s;
         let [length, _] = self.lengths(i);
@@ -223,7 +230,8 @@ impl Fit {
     }
 }
 
-/// How far both ends of the middle one of three blocks may move so that no coordinate gets a sign that none of the three has.
+/// How far both ends of the middle one of three blocks may move so that no coordinate gets a sign that none
+/// of the three has.
 fn keeps_sign([a, b, c]: [JointValues; 3], length: f64) -> [f64; MAX_JOINTS] {
     std::array::from_fn(|j| {
         let slopes = [a[j], b[j], c[j]];

@@ -36,8 +36,8 @@ use crate::jet::JointJet;
 pub(super) const REVERSAL_DEG: f64 = 170.0;
 /// Parts of a slope below this part of the largest one are rounding.
 const NO_SLOPE: f64 = 1e-12;
-/// Turn of the fastest rotary joint (radian) and way (mm) over which the direction of the tip is taken by differences: their relative error
-/// is the square of the turn.
+/// Turn of the fastest rotary joint (radian) and way (mm) over which the direction of the tip is taken by
+/// differences: their relative error is the square of the turn.
 const SMALL: f64 = 1e-4;
 
 /// Whether the tangent of the first jet turns back in the second; `tip_moves` of both blocks.

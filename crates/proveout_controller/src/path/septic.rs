@@ -1,28 +1,30 @@
 //! Joints over a cell as polynomials of the path parameter.
 //!
-//! With tool center point control the joints are functions of tip and rotary joints through the chains of the machine (`rtcp.rs`): a
-//! product of jets at every place that is looked at, some tens of them a block. Over a cell, which turns a rotary joint by three degrees at
-//! most, the polynomial of seventh degree with value and three derivatives of both ends is the same function for every purpose:
+//! With tool center point control the joints are functions of tip and rotary joints through the chains of the
+//! machine (`rtcp.rs`): a product of jets at every place that is looked at, some tens of them a block. Over a
+//! cell, which turns a rotary joint by three degrees at most, the polynomial of seventh degree with value and
+//! three derivatives of both ends is the same function for every purpose:
 //!
 //! ```text
 //!   q(s) - p(s) = q^(8) (s - a)^4 (s - b)^4 / 8!        (Hermite's remainder, Stoer and Bulirsch 2002, section 2.1.5)
 //! ```
 //!
-//! It is highest in the middle. The polynomial is taken where it is as near as [`NEAR`] to the kinematics at the places at which the cell was
-//! looked at, and its derivatives as near as [`ALIKE`]; elsewhere the kinematics is asked. Rotary joints and rounded corners are of fifth
-//! degree, and are met exactly. The run follows the polynomial: limits, set points and pieces are all of one motion, whose acceleration has
-//! no jumps that the path has not, since neighbors share the jets at their border.
+//! It is highest in the middle. The polynomial is taken where it is as near as [`NEAR`] to the kinematics at
+//! the places at which the cell was looked at, and its derivatives as near as [`ALIKE`]; elsewhere the
+//! kinematics is asked. Rotary joints and rounded corners are of fifth degree, and are met exactly. The run
+//! follows the polynomial: limits, set points and pieces are all of one motion, whose acceleration has no
+//! jumps that the path has not, since neighbors share the jets at their border.
 
 use proveout_machine::JointValues;
 
 use crate::{jet::JointJet, limits::JointLimits};
 
-/// Largest way of a joint from the kinematics at a place that is looked at, mm and radian: a ten thousandth of the finest tolerance of a path
-/// for slides, and as little at a radius of 300 mm.
+/// Largest way of a joint from the kinematics at a place that is looked at, mm and radian: a ten thousandth
+/// of the finest tolerance of a path for slides, and as little at a radius of 300 mm.
 const NEAR: f64 = 1e-7;
 const NEAR_TURN: f64 = 3e-10;
-/// Largest error of the second and third derivative, as part of the highest one in the cell, or of what the joint's limit allows at the highest
-/// speed: far below the surcharge on the cell's bounds.
+/// Largest error of the second and third derivative, as part of the highest one in the cell, or of what the
+/// joint's limit allows at the highest speed: far below the surcharge on the cell's bounds.
 const ALIKE: f64 = 1e-4;
 
 /// A polynomial a joint over `from..=from + length`, by powers of the part of the length.

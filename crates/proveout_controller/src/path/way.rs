@@ -1,7 +1,8 @@
 //! The way along the path that is run: what the programmed feed, lengths and times at the feed are about.
 //!
-//! The parameter s is the length of the *programmed* path. A rounded corner cuts it short: its tip moves by |y'(s)| ds, with |y'| down
-//! to cos(half of the corner's angle) in the middle. The programmed feed F holds for the tip on the path that is run, so that
+//! The parameter s is the length of the *programmed* path. A rounded corner cuts it short: its tip moves by
+//! |y'(s)| ds, with |y'| down to cos(half of the corner's angle) in the middle. The programmed feed F holds
+//! for the tip on the path that is run, so that
 //!
 //! ```text
 //!   |y'(s)| ds/dt <= F          length = integral of |y'| ds          time at the feed = length / F
@@ -10,8 +11,8 @@
 //! A feed by time (G93) means the programmed length of its block over that time, and holds in the
 //! same way.
 //!
-//! Between a block that moves the tip and one that only turns the rotary joints (whose parameter is in degrees) neither rate has a
-//! meaning throughout; there the parameter itself runs at the feed.
+//! Between a block that moves the tip and one that only turns the rotary joints (whose parameter is in
+//! degrees) neither rate has a meaning throughout; there the parameter itself runs at the feed.
 
 use proveout_machine::{JointKind, JointValues, MAX_JOINTS, Machine};
 
@@ -29,8 +30,8 @@ pub(crate) enum WayMeasure {
     Turn,
 }
 
-/// A stretch no longer than this part of a span takes one rule of eight points, a span four of them. The rate of a corner of 90 degrees
-/// is then summed to 1e-10 of the span, one of 160 degrees to 1e-6.
+/// A stretch no longer than this part of a span takes one rule of eight points, a span four of them. The rate
+/// of a corner of 90 degrees is then summed to 1e-10 of the span, one of 160 degrees to 1e-6.
 const PARTS: f64 = 4.0;
 
 impl WayMeasure {
@@ -76,8 +77,8 @@ impl WayMeasure {
         [rate, if rate > 0.0 { cross / rate } else { 0.0 }]
     }
 
-    /// Bounds of the rate over a whole piece: its slope lies in the hull of the control points of its derivative. Their longest is no
-    /// shorter; how far all of them reach along their mean is no longer.
+    /// Bounds of the rate over a whole piece: its slope lies in the hull of the control points of its
+    /// derivative. Their longest is no shorter; how far all of them reach along their mean is no longer.
     pub(crate) fn range(self, machine: &Machine, piece: &Quintic) -> [f64; 2] {
         if self == Self::Parameter {
             return [1.0, 1.0];

@@ -15,8 +15,8 @@
 
 use proveout_nc::{Command, Op};
 
-/// Motions of neighboring runs that stay on either side: the ends of the rapids between are entered and left as in the whole program. Fewer than the
-/// blocks of the shortest run, so that none of them is taken for it.
+/// Motions of neighboring runs that stay on either side: the ends of the rapids between are entered and left
+/// as in the whole program. Fewer than the blocks of the shortest run, so that none of them is taken for it.
 const BESIDE: usize = 4;
 
 /// Whether a command moves the machine along a way that leads to the next one.
@@ -27,7 +27,8 @@ fn moves(command: &Command) -> bool {
     )
 }
 
-/// The commands of an excerpt about a run from its first to its last command; none where that is nearly the whole program.
+/// The commands of an excerpt about a run from its first to its last command; none where that is nearly the
+/// whole program.
 pub(super) fn excerpt(commands: &[Command], [first, last]: [usize; 2]) -> Option<Vec<bool>> {
     let cuts = |c: &Command| moves(c) && !matches!(c.op, Op::Rapid(_));
     let head = commands.iter().position(cuts)?;

@@ -9,8 +9,8 @@
 /// Unknowns that are left in the middle: as many as one elimination reaches.
 const MIDDLE: usize = 3;
 
-/// Solves in place; the solution replaces the right side. Rows hold the diagonal and the three above it. False where the matrix is not positive
-/// definite.
+/// Solves in place; the solution replaces the right side. Rows hold the diagonal and the three above it.
+/// False where the matrix is not positive definite.
 #[inline(always)]
 pub(super) fn factor_and_solve(m: &mut [[f64; 4]], x: &mut [f64]) -> bool {
     let n = m.len().min(x.len());

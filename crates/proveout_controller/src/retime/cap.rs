@@ -1,8 +1,8 @@
 //! Limits of the square of the tempo by feed and joint velocities, which change over an interval.
 //!
-//! A speed `V` allows b up to `U(p) = 1/w(p)` with `w = (v/V)^2`, v the speed at b = 1. On the path that is run the tip's way by the parameter
-//! changes through a corner, and with it U. The cubic H with value and slope of U at both ends of an interval differs from U by the
-//! fourth power of the interval's length:
+//! A speed `V` allows b up to `U(p) = 1/w(p)` with `w = (v/V)^2`, v the speed at b = 1. On the path that is
+//! run the tip's way by the parameter changes through a corner, and with it U. The cubic H with value and
+//! slope of U at both ends of an interval differs from U by the fourth power of the interval's length:
 //!
 //! ```text
 //!        U0 + h/3 U0'    U1 - h/3 U1'        control points of H and, below them, of b: b <= H
@@ -85,8 +85,8 @@ mod tests {
         TempoNode { k: 0, tau, cell: 0, smooth: 0, twin: false, weight: 0.0, speed: 0.0, lead: 0.0 }
     }
 
-    /// A cubic with control points at the limits of the inner ones and at U itself at the ends stays below U, up to the fourth power
-    /// of the interval, and comes near it.
+    /// A cubic with control points at the limits of the inner ones and at U itself at the ends stays below U,
+    /// up to the fourth power of the interval, and comes near it.
     #[test]
     fn b_below_the_inner_points_passes_no_speed() {
         let taus = [0.0, 0.25, 0.5, 0.75, 1.0];

@@ -1,5 +1,5 @@
-//! All intervals of a region with their nodes, in sections: a problem of some intervals is taken out, solved, and put back with the nodes
-//! that it has grown, at a cost that does not depend on the length of the region.
+//! All intervals of a region with their nodes, in sections: a problem of some intervals is taken out, solved,
+//! and put back with the nodes that it has grown, at a cost that does not depend on the length of the region.
 
 use super::problem::{JointRow, Problem, TempoNode};
 

@@ -19,9 +19,10 @@ const FINEST: f64 = 1.0 / 12.0;
 const INTERVAL: [f64; 3] = [0.001, 0.004, 0.02];
 /// Interval at low speed as part of the longest.
 const SLOWEST: f64 = 0.35;
-/// What a border of pieces must be apart from the next to be a knot, as part of the longest interval. At a border the jerk of the first law
-/// jumps, by b^(3/2) times as much in the law that is looked for, and b'' can make up for it at knots alone: where b is ten, a border
-/// within an interval closes the way to fast laws (a border in 0.2 of an interval left out cost 7 to 12 percent on four of 20 curves).
+/// What a border of pieces must be apart from the next to be a knot, as part of the longest interval. At a
+/// border the jerk of the first law jumps, by b^(3/2) times as much in the law that is looked for, and b''
+/// can make up for it at knots alone: where b is ten, a border within an interval closes the way to fast laws
+/// (a border in 0.2 of an interval left out cost 7 to 12 percent on four of 20 curves).
 const SHORTEST: f64 = 0.02;
 /// Intervals by which a region reaches into stretches that run at the highest speed already.
 const INTO_HELD: f64 = 5.0;
@@ -236,7 +237,8 @@ impl<'a> Probe<'a> {
         used.iter().map(|i| rows[*i]).collect()
     }
 
-    /// Derivatives by the law's own time, over the limits, and what the squares of feed and joint velocities are of their limits.
+    /// Derivatives by the law's own time, over the limits, and what the squares of feed and joint velocities
+    /// are of their limits.
     fn rows(&mut self, cell: usize, p: f64) -> ([JointRow; MAX_JOINTS], Caps) {
         let mut rows = [[0.0_f32; 5]; MAX_JOINTS];
         let mut caps = [Cap::default(); MAX_JOINTS + 1];
@@ -298,9 +300,10 @@ pub(super) fn field(probe: &mut Probe<'_>, region: &Region, fixed: [bool; 2], sp
             if length > NO_PIECE * step {
                 let tau = |part: f64| ((from + part * length - knots[k]) / (knots[k + 1] - knots[k])).clamp(0.0, 1.0);
                 let begin = probe.rows(piece.cell, from + INSIDE * length);
-                // Between borders alone the acceleration could pass its limit by J h/4, at the middle by a quarter of that at most.
-                // Between points the jerk may pass its line by 4.5 h^2 b'' q'''/8 with q' b''/2 and q''' up to the limit.
-                // Within a blend the third derivative of the path runs from one sign to the other and back.
+                // Between borders alone the acceleration could pass its limit by J h/4, at the middle by a
+                // quarter of that at most. Between points the jerk may pass its line by 4.5 h^2 b'' q'''/8
+                // with q' b''/2 and q''' up to the limit. Within a blend the third derivative of the path
+                // runs from one sign to the other and back.
                 let fewest = if probe.path.cells[piece.cell].exact { 2.0 } else { 3.0 };
                 let most = length * length / piece.pace.min(MOST_PACE);
                 let parts = (most / BETWEEN).sqrt().ceil().clamp(fewest, PARTS) as usize;

@@ -1,5 +1,6 @@
-//! Eight numbers at once: the same operation on each, so that the compiler makes vector instructions of it where the processor has
-//! them (`pulp` chooses at run time). No sum runs across the lanes but in a fixed order, and nothing is fused: the same bits everywhere.
+//! Eight numbers at once: the same operation on each, so that the compiler makes vector instructions of it
+//! where the processor has them (`pulp` chooses at run time). No sum runs across the lanes but in a fixed
+//! order, and nothing is fused: the same bits everywhere.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 

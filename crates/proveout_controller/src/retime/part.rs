@@ -1,4 +1,5 @@
-//! Some intervals of a problem with the rows that count there, laid out for eight intervals at once: what the solver needs of them.
+//! Some intervals of a problem with the rows that count there, laid out for eight intervals at once: what the
+//! solver needs of them.
 //!
 //! ```text
 //!   lane        0     1     2    ..   7        a bundle: eight intervals with as many nodes, wherever they lie
@@ -8,8 +9,8 @@
 //!
 //! Both sides of a limit have the same coefficients, and are one row of the layout.
 //!
-//! What the nodes of an interval give to the system of its four unknowns is summed lane by lane, and goes there once a bundle. Lanes
-//! without a node have no weight and no rows.
+//! What the nodes of an interval give to the system of its four unknowns is summed lane by lane, and goes
+//! there once a bundle. Lanes without a node have no weight and no rows.
 
 use std::ops::Range;
 
@@ -217,8 +218,8 @@ impl LaneRows {
             self.places[at] = [self.slots.len(), lane];
             slot.weight.0[lane] = node.weight;
             let near = [self.fixed[0] && k == 0, self.fixed[1] && k + 1 == problem.lengths.len()];
-            // What was found with an excess within the tolerance must stay possible, and what both given unknowns decide
-            // is no longer a question.
+            // What was found with an excess within the tolerance must stay possible, and what both given
+            // unknowns decide is no longer a question.
             let given = near[0] && node.tau < 0.01 || near[1] && node.tau > 0.99;
             let factor = if near[0] || near[1] { 1.0 - RELAXED } else { 1.0 };
             let decided = if given { 0.0 } else { factor };
@@ -360,7 +361,8 @@ impl LaneRows {
                     m[1] += w0 * q[0];
                     m[3] += w1 * q[0];
                 }
-                // Rows q + t e and t e - q with e along b and the tangent t: (w + v)(q q' + t^2 e e') + (w - v) t (q e' + e q').
+                // Rows q + t e and t e - q with e along b and the tangent t: (w + v)(q q' + t^2 e e') + (w -
+                // v) t (q e' + e q').
                 for (q, [up, down]) in self.jerk[slot.jerk.clone()].iter().zip(&mut both) {
                     let value = jerk(q, x);
                     let (w, f) = up.advance(value - slow, going, &mut sums);

@@ -1,9 +1,10 @@
 //! The tempo over a grid as a problem with rows: what is unknown, what limits it, and where.
 //!
-//! *Unknowns.* b is a cubic with continuous slope over intervals of length `h_k`, given by its values and slopes at their borders
-//! (Hermite): `x = (b_0, b'_0 H, b_1, b'_1 H, ..)` with the mean length H, so that interval k takes the four unknowns from 2 k on
-//! and all matrices have seven diagonals. Within an interval b'' is linear and free to jump at the borders: where b is a
-//! quadratic there, the jerk cannot stay at its limit while the speed changes, which costs 3 percent of the time at corners.
+//! *Unknowns.* b is a cubic with continuous slope over intervals of length `h_k`, given by its values and
+//! slopes at their borders (Hermite): `x = (b_0, b'_0 H, b_1, b'_1 H, ..)` with the mean length H, so that
+//! interval k takes the four unknowns from 2 k on and all matrices have seven diagonals. Within an interval
+//! b'' is linear and free to jump at the borders: where b is a quadratic there, the jerk cannot stay at its
+//! limit while the speed changes, which costs 3 percent of the time at corners.
 //!
 //! *Problem.* Minimize the sum of w / sqrt(b) over points under the rows of each point and joint
 //!
@@ -11,14 +12,16 @@
 //!   u c <= 1          |a1 b' + a0 b| <= 1          |j2 b'' + j1 b' + j0 b| <= 1/sqrt(b)
 //! ```
 //!
-//! where c are the two inner control points of b in Bezier form: b lies in the hull of its control points, so that no speed is
-//! passed between the points (`cap.rs`).
+//! where c are the two inner control points of b in Bezier form: b lies in the hull of its control points, so
+//! that no speed is passed between the points (`cap.rs`).
 //!
-//! *Rows that never bind.* Rows of acceleration (of jerk) of a joint that stay far below their limit in all of the intervals under
-//! way are left out (`far`, `near`); the caller looks at all rows of the result and takes them in where they are needed (`stages.rs`).
+//! *Rows that never bind.* Rows of acceleration (of jerk) of a joint that stay far below their limit in all
+//! of the intervals under way are left out (`far`, `near`); the caller looks at all rows of the result and
+//! takes them in where they are needed (`stages.rs`).
 //!
-//! *Between the points* of an interval a row may pass its limit. Where the parabola through three neighbors does, the caller puts
-//! a point at its vertex (`peaks`) and goes on from there: nodes lie where they are needed.
+//! *Between the points* of an interval a row may pass its limit. Where the parabola through three neighbors
+//! does, the caller puts a point at its vertex (`peaks`) and goes on from there: nodes lie where they are
+//! needed.
 
 use proveout_machine::MAX_JOINTS;
 
@@ -43,8 +46,9 @@ fn speed(node: &TempoNode) -> Names {
     Names::from(node.speed > 0.0) << SPEED
 }
 
-/// Five coefficients a joint and point, over the limits: a1, a0 of acceleration; j2, j1, j0 of jerk. There are some hundred of them a block, and
-/// memory is what they cost; in single precision each is known to 6e-8 of itself, far below the margin of a row.
+/// Five coefficients a joint and point, over the limits: a1, a0 of acceleration; j2, j1, j0 of jerk. There
+/// are some hundred of them a block, and memory is what they cost; in single precision each is known to 6e-8
+/// of itself, far below the margin of a row.
 pub(super) type JointRow = [f32; 5];
 
 /// Highest coefficient: far above any that a limit leaves some motion, and a number in single precision.
@@ -254,7 +258,8 @@ impl Problem {
         }
     }
 
-    /// Rows of all joints that reach a part of the highest load of all, for a start that is far from all limits; the same at each node.
+    /// Rows of all joints that reach a part of the highest load of all, for a start that is far from all
+    /// limits; the same at each node.
     pub(super) fn far(&self, loads: &Loads, part: f64, rows: &mut Vec<Names>) {
         let mut high = [[0.0_f64; 2]; MAX_JOINTS];
         for own in loads.joints.chunks(self.count.max(1)) {
@@ -273,8 +278,8 @@ impl Problem {
         rows.extend(self.nodes.iter().map(|node| all | speed(node)));
     }
 
-    /// Rows of joints that come above a part of a limit, node by node, with those of the nodes around: to both sides of the limit, since a
-    /// tempo that nothing holds there goes to the other one.
+    /// Rows of joints that come above a part of a limit, node by node, with those of the nodes around: to
+    /// both sides of the limit, since a tempo that nothing holds there goes to the other one.
     pub(super) fn near(&self, loads: &Loads, part: f64, rows: &mut Vec<Names>) {
         let of = |own: &[[f64; 2]]| {
             own.iter().enumerate().fold(0, |all, (i, [a, j])| {

@@ -2,13 +2,14 @@
 
 use super::lanes::Lanes;
 
-/// Part of the way to the border of a slack or multiplier that a step may go: what takes less of them does not shorten it.
+/// Part of the way to the border of a slack or multiplier that a step may go: what takes less of them does
+/// not shorten it.
 pub(super) const TO_BORDER: f64 = 0.99;
 /// How far below the highest quotient another is no higher, whatever their rounding.
 const BESIDE: f64 = 1.0 - 1e-9;
 
-/// Slack that a row is given at least at the begin of a search that nothing is known of, where rows are passed by a multiple: from small
-/// slacks the first dozen of steps go some percent of their way.
+/// Slack that a row is given at least at the begin of a search that nothing is known of, where rows are
+/// passed by a multiple: from small slacks the first dozen of steps go some percent of their way.
 pub(super) const AT_FIRST: f64 = 0.3;
 /// The same of a row that joins a search that goes on.
 pub(super) const INSIDE: f64 = 0.02;
@@ -23,8 +24,8 @@ pub(super) struct RowSlacks {
     slack_step: Lanes,
 }
 
-/// How far a search goes along its last step: parts of the step of tempo and slacks and of that of the multipliers, and the product of
-/// slack and multiplier that it aimed at.
+/// How far a search goes along its last step: parts of the step of tempo and slacks and of that of the
+/// multipliers, and the product of slack and multiplier that it aimed at.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct SolverStep {
     pub(super) primal: f64,
@@ -49,8 +50,8 @@ impl RowSlacks {
         [self.slack.0[lane], self.multiplier.0[lane]]
     }
 
-    /// Step of the multiplier, where the slack changes by this amount. It is taken twice rather than kept: rows are many, and what they
-    /// cost is the way to memory.
+    /// Step of the multiplier, where the slack changes by this amount. It is taken twice rather than kept:
+    /// rows are many, and what they cost is the way to memory.
     #[inline(always)]
     fn multiplier_step(&self, slack_step: Lanes, aim: f64) -> Lanes {
         (Lanes::all(aim) - self.multiplier * slack_step) * self.over - self.multiplier
@@ -93,7 +94,8 @@ pub(super) struct RowSums {
     /// Highest part of a slack and of a multiplier that a full step takes.
     pub(super) primal: Lanes,
     pub(super) dual: Lanes,
-    /// Part of a multiplier up to which quotients are not taken: a little below what counts and below the highest so far.
+    /// Part of a multiplier up to which quotients are not taken: a little below what counts and below the
+    /// highest so far.
     bound: f64,
 }
 

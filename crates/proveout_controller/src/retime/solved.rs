@@ -10,9 +10,10 @@ use crate::tempo::Tempo;
 
 /// A tempo that gains less than this part of the time is not worth its rounding.
 const WORTHWHILE: f64 = 1e-4;
-/// Intervals that are solved at once, and those of them that are kept: in long problems a single tight place shortens every step
-/// of the whole, and what lies more than some tenths of a second ahead hardly acts. A chunk ends at the first law: the intervals that are not
-/// kept are those in which the tempo comes down to it, 0.15 s at b = 10 (with 48 of them one curve in three took 1 to 3 percent longer).
+/// Intervals that are solved at once, and those of them that are kept: in long problems a single tight place
+/// shortens every step of the whole, and what lies more than some tenths of a second ahead hardly acts. A
+/// chunk ends at the first law: the intervals that are not kept are those in which the tempo comes down to
+/// it, 0.15 s at b = 10 (with 48 of them one curve in three took 1 to 3 percent longer).
 const CHUNK: usize = 512;
 const COMMITTED: usize = 384;
 /// Intervals that are not divided further where they cannot be solved together.
@@ -25,7 +26,8 @@ const LEVELING: f64 = 0.25;
 const AROUND: usize = 32;
 /// Excess over its rows, which lie `MARGIN` below the limits, that a tempo may have at the points of its grid.
 const ALLOWED: f64 = 1.002;
-/// A spot gets a point of its own farther from the nodes than this part of the interval; time around it in which nodes are tightened, s.
+/// A spot gets a point of its own farther from the nodes than this part of the interval; time around it in
+/// which nodes are tightened, s.
 const NEW: f64 = 0.05;
 const AT_ONCE: f64 = 0.003;
 
@@ -74,8 +76,8 @@ impl RegionTempo {
         solved
     }
 
-    /// Solves some intervals, or what can be solved of them: a tight place does not keep the others as slow as they were. True where
-    /// something was found at their begin.
+    /// Solves some intervals, or what can be solved of them: a tight place does not keep the others as slow
+    /// as they were. True where something was found at their begin.
     fn solve_in_parts(&mut self, probe: &mut Probe<'_>, stages: &mut Stages, begin: usize, end: usize) -> bool {
         if self.solve(probe, stages, begin, end) {
             return true;
@@ -185,8 +187,8 @@ impl RegionTempo {
     ///   b -> b (1 - e w),   w = cos^2(pi x / 2 W) for |x| < W,   W = 3.5 sqrt(v/J)
     /// ```
     ///
-    /// Acceleration falls with e, jerk with 3/2 e; what the slope of the factor adds to the jerk, e v w''/4, is below a third
-    /// of e J. A dip always exists, where rows that are tightened may contradict each other.
+    /// Acceleration falls with e, jerk with 3/2 e; what the slope of the factor adds to the jerk, e v w''/4,
+    /// is below a third of e J. A dip always exists, where rows that are tightened may contradict each other.
     pub(super) fn lower_tempo_at(&mut self, spots: &[&LimitExcess]) {
         let n = self.field.whole().lengths.len();
         let mut factors = vec![[1.0, 0.0]; n + 1];

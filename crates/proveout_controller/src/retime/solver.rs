@@ -33,7 +33,8 @@ const ITERATIONS: usize = 60;
 pub(super) const GAP: f64 = 1e-3;
 /// The gap at the begin.
 const WIDE: f64 = 0.9;
-/// Part of the gap looked for below which no step aims: rows that join later find room where the others are not at their borders.
+/// Part of the gap looked for below which no step aims: rows that join later find room where the others are
+/// not at their borders.
 const LEAST: f64 = 0.3;
 /// Least slack of a row in a search that goes on with new rows added, for the same reason: with the
 /// slacks left as they were, steps of some percent are usual, and twice as many of them.

@@ -1,5 +1,5 @@
-//! The search for the tempo of some intervals, stage by stage: first with all rows that may count, then with those that the tempo
-//! comes near to, and at the end only around the places that still need a point.
+//! The search for the tempo of some intervals, stage by stage: first with all rows that may count, then with
+//! those that the tempo comes near to, and at the end only around the places that still need a point.
 //!
 //! ```text
 //!   gap 0.9 --> 0.03     rows of every joint that reaches a part of the highest load
@@ -23,7 +23,8 @@ const FAR: f64 = 0.75;
 const COARSE: f64 = 0.03;
 /// Part of its limit above which a row takes part from then on.
 const NEAR: f64 = 0.8;
-/// Part of a limit above which a row between nodes gets one, at the coarse gap and at the end, and how often at the end.
+/// Part of a limit above which a row between nodes gets one, at the coarse gap and at the end, and how often
+/// at the end.
 const EARLY: f64 = 0.9;
 const PEAK: f64 = 1.003;
 const LATE: usize = 2;
@@ -32,7 +33,8 @@ const BESIDE: usize = 6;
 /// The same, where that does not succeed.
 const FAR_BESIDE: usize = 30;
 
-/// Searches with their room, for one problem after the other: what a search has grown to is not asked of the system again.
+/// Searches with their room, for one problem after the other: what a search has grown to is not asked of the
+/// system again.
 #[derive(Default)]
 pub(crate) struct Stages {
     now: TempoSolver,
@@ -111,8 +113,8 @@ impl Stages {
         problem.insert(peaks, |cell, p| probe.rows_of(&used, cell, p));
     }
 
-    /// Searches the intervals around those touched, which rise; what lies between stays. False, where they are too many or one of
-    /// the searches fails.
+    /// Searches the intervals around those touched, which rise; what lies between stays. False, where they
+    /// are too many or one of the searches fails.
     fn around(&mut self, problem: &Problem, c: &mut [f64], touched: &[usize]) -> bool {
         let n = problem.lengths.len();
         let mut ranges: Vec<[usize; 2]> = Vec::new();

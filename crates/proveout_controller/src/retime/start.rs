@@ -1,11 +1,13 @@
-//! Where a search for a tempo begins: at a tempo that is quicker than the law, and comes to it from what is given without a step.
+//! Where a search for a tempo begins: at a tempo that is quicker than the law, and comes to it from what is
+//! given without a step.
 
 use super::problem::Problem;
 
 /// b where a search begins: of the searches that begin at the law itself more fail (12 against 1 on 20 curves).
 const QUICK: f64 = 2.0;
-/// Intervals of the longest kind over which the begin of a search comes from what is given to that: a step of b within one interval takes a
-/// hundred times the jerk, and the search half of its iterations to get rid of it.
+/// Intervals of the longest kind over which the begin of a search comes from what is given to that: a step of
+/// b within one interval takes a hundred times the jerk, and the search half of its iterations to get rid of
+/// it.
 const RAMP: f64 = 24.0;
 
 /// A step from zero to one that begins and ends without slope: at a part of its length, to either side, and its slope.
@@ -15,7 +17,8 @@ fn smooth(part: f64, length: f64) -> [f64; 2] {
 }
 
 impl Problem {
-    /// Begins with a quicker tempo where that of the law was not changed yet; what is given stays, and so does what was found before.
+    /// Begins with a quicker tempo where that of the law was not changed yet; what is given stays, and so
+    /// does what was found before.
     ///
     /// ```text
     ///   QUICK |      ____________          b = base + u (QUICK - base)
@@ -55,8 +58,9 @@ impl Problem {
 mod tests {
     use super::*;
 
-    /// Intervals of several lengths, some of them known from an earlier search: what is known stays, elsewhere b comes to the quick tempo without
-    /// a step and without a kink, also where it is known at one end alone or nowhere.
+    /// Intervals of several lengths, some of them known from an earlier search: what is known stays,
+    /// elsewhere b comes to the quick tempo without a step and without a kink, also where it is known at one
+    /// end alone or nowhere.
     #[test]
     fn a_search_begins_without_a_step() {
         let n = 200;

@@ -1,4 +1,5 @@
-//! The system of Newton's method for the unknowns of eight intervals, summed lane by lane before it goes into that of all.
+//! The system of Newton's method for the unknowns of eight intervals, summed lane by lane before it goes into
+//! that of all.
 
 use super::{
     lanes::{LANES, Lanes},

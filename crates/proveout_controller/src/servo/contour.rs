@@ -43,7 +43,8 @@ fn both(pose: &ToolPose, length: f64) -> SVector<f64, 6> {
 }
 
 impl Contour {
-    /// Takes a planned pose and the actual one of the same time, of a tool of this length, mm; only what `counts` is kept as worst.
+    /// Takes a planned pose and the actual one of the same time, of a tool of this length, mm; only what
+    /// `counts` is kept as worst.
     pub(crate) fn push(&mut self, planned: ToolPose, actual: &ToolPose, length: f64, counts: bool) {
         if self.path.back() != Some(&planned) {
             self.path.push_back(planned);

@@ -1,8 +1,8 @@
 //! Dry friction of a drive with the Stribeck curve.
 //!
-//! *Dry friction* is a set at rest: any force up to the static one. It is taken at the end of the step (implicit, Acary
-//! and Brogliato 2008, chapter 14): the linear map gives the velocity without friction and what a constant friction force
-//! adds to it, `v = free + gain f` with gain > 0, so that
+//! *Dry friction* is a set at rest: any force up to the static one. It is taken at the end of the step
+//! (implicit, Acary and Brogliato 2008, chapter 14): the linear map gives the velocity without friction and
+//! what a constant friction force adds to it, `v = free + gain f` with gain > 0, so that
 //!
 //! ```text
 //!   |free / gain| <= level   it sticks: f = -free / gain, v = 0 exactly

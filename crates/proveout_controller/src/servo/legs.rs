@@ -10,12 +10,14 @@
 //! heave joint) and legs 2 and 3 (place of the tilt joint), which move alike and have the same
 //! drive: one model serves both.
 //!
-//! Between two control samples an actual length is the cubic with its lengths and rates at both, up to the bound of `trail.rs`. The joints are taken as
-//! cubics too; how far these are from the joints of the cubic lengths is measured in the middle, where the error of a cubic through values and
-//! slopes is largest (it goes like t^2 (h - t)^2), and doubled for what is not of fourth order.
+//! Between two control samples an actual length is the cubic with its lengths and rates at both, up to the
+//! bound of `trail.rs`. The joints are taken as cubics too; how far these are from the joints of the cubic
+//! lengths is measured in the middle, where the error of a cubic through values and slopes is largest (it
+//! goes like t^2 (h - t)^2), and doubled for what is not of fourth order.
 //!
-//! Limits: the legs are rigid and carry their own mass alone. Weight and coupling of what a platform carries are not known (`dynamics/tree.rs` says so
-//! for every joint concerned), and legs 2 and 3 take no moment about `e1`.
+//! Limits: the legs are rigid and carry their own mass alone. Weight and coupling of what a platform carries
+//! are not known (`dynamics/tree.rs` says so for every joint concerned), and legs 2 and 3 take no moment
+//! about `e1`.
 
 use proveout_machine::{JointValues, Machine, Platform, PlatformError};
 
@@ -117,7 +119,8 @@ impl Legs {
         Ok(out)
     }
 
-    /// Forces of the drives (N) as forces (N) and torques (N mm) on the joints: virtual work, `J^T f`, legs 2 and 3 counted both.
+    /// Forces of the drives (N) as forces (N) and torques (N mm) on the joints: virtual work, `J^T f`, legs 2
+    /// and 3 counted both.
     pub(crate) fn joint_forces(&self, forces: &JointValues, q: &JointValues) -> JointValues {
         let mut out = *forces;
         for p in &self.platforms {

@@ -1,7 +1,8 @@
 //! Exact discretization of a linear system whose inputs are constant or follow from a constant jerk.
 //!
-//! For `z' = F z + G u` the inputs join the state: those that are constant have the derivative zero, the reference is the
-//! chain `r1' = r2, r2' = r3, r3' = 0`. The matrix exponential of the whole over the step h then holds both blocks
+//! For `z' = F z + G u` the inputs join the state: those that are constant have the derivative zero, the
+//! reference is the chain `r1' = r2, r2' = r3, r3' = 0`. The matrix exponential of the whole over the step h
+//! then holds both blocks
 //!
 //! ```text
 //!        | F  G |       | A(h)  B(h) |
@@ -76,8 +77,8 @@ impl<const N: usize> Map<N> {
 
     /// True when the free motion dies out: the state is carried over 2^30 steps by squaring.
     ///
-    /// An eigenvalue outside the unit circle by more than 1e-8 lets the power grow beyond every bound; one inside it by as
-    /// much lets it vanish.
+    /// An eigenvalue outside the unit circle by more than 1e-8 lets the power grow beyond every bound; one
+    /// inside it by as much lets it vanish.
     pub(crate) fn dies_out(&self) -> bool {
         let mut power = DMatrix::from_fn(N, N, |i, k| self.a[i][k]);
         for _ in 0..30 {

@@ -2,8 +2,8 @@
 //!
 //! # Equations
 //!
-//! Forces are divided by the whole moved mass M = m1 + m2 (motor, load), so that everything is in mm (radian) and seconds;
-//! r is the set point, e = r - x, mu = m / M:
+//! Forces are divided by the whole moved mass M = m1 + m2 (motor, load), so that everything is in mm (radian)
+//! and seconds; r is the set point, e = r - x, mu = m / M:
 //!
 //! ```text
 //!   r ──►( )──[Kv]──►( )──►( )──[k (1 + 1/(Tn s))]──►( )──►[limit]── phi ──► motor x1 ─┤g├─/\/\/─ load x2
@@ -26,17 +26,19 @@
 //!
 //! # Stability at any control cycle
 //!
-//! The maps are exponentials of the continuous loop: they are stable at every step exactly when the loop is, and a loop
-//! that is not is refused. The inner step matters for what is not linear alone; it is a whole part of the control cycle,
-//! at most 0.125 ms, and short enough for friction to act on a mass that has not yet come back:
-//! the velocity that a constant force gives within the step is at least half of that of the free mass. A drive that keeps
-//! its mode over a whole control cycle takes it in two exact steps instead (`step.rs`).
+//! The maps are exponentials of the continuous loop: they are stable at every step exactly when the loop is,
+//! and a loop that is not is refused. The inner step matters for what is not linear alone; it is a whole part
+//! of the control cycle, at most 0.125 ms, and short enough for friction to act on a mass that has not yet
+//! come back: the velocity that a constant force gives within the step is at least half of that of the free
+//! mass. A drive that keeps its mode over a whole control cycle takes it in two exact steps instead
+//! (`step.rs`).
 //!
 //! # Limits
 //!
-//! The current loop is taken as instantaneous (its bandwidth is some ten times that of the velocity loop). Friction acts
-//! on the load. A stiff drive holds its load by friction while it crosses the lost motion; a load heavier than its
-//! friction falls to the flank. The mass in the loop is constant: what it changes with the pose comes in through w.
+//! The current loop is taken as instantaneous (its bandwidth is some ten times that of the velocity loop).
+//! Friction acts on the load. A stiff drive holds its load by friction while it crosses the lost motion; a
+//! load heavier than its friction falls to the flank. The mass in the loop is constant: what it changes with
+//! the pose comes in through w.
 
 use proveout_machine::{Drive, Encoder, VelocityGain};
 use thiserror::Error;
@@ -71,7 +73,8 @@ pub struct DriveFault {
 pub(crate) struct LoopMaps<const N: usize> {
     pub(crate) closed: Map<N>,
     pub(crate) saturated: Map<N>,
-    /// Closed loop over half a control cycle, for a drive that keeps its mode all the way; none where modes must be watched.
+    /// Closed loop over half a control cycle, for a drive that keeps its mode all the way; none where modes
+    /// must be watched.
     pub(crate) half: Option<Map<N>>,
 }
 

@@ -1,12 +1,12 @@
 //! All drives of a machine together with what loads them.
 //!
-//! *Newton-Euler.* Each drive is stepped by itself with its own mass; weight, coupling and the change of inertia with the
-//! pose come in as a force that recursive Newton-Euler finds from the set points. No load loop is closed through the
-//! servo states, so that the stability of each drive is that of its own loop. Exact where the joints follow their set
-//! points; with lag, inertial coupling acts early by that lag.
+//! *Newton-Euler.* Each drive is stepped by itself with its own mass; weight, coupling and the change of
+//! inertia with the pose come in as a force that recursive Newton-Euler finds from the set points. No load
+//! loop is closed through the servo states, so that the stability of each drive is that of its own loop.
+//! Exact where the joints follow their set points; with lag, inertial coupling acts early by that lag.
 //!
-//! *Rapier.* The bodies move as one multibody under the forces of the drives, coupling of the actual motion included. The
-//! control law is sampled at the plant's step, 0.1 ms or less.
+//! *Rapier.* The bodies move as one multibody under the forces of the drives, coupling of the actual motion
+//! included. The control law is sampled at the plant's step, 0.1 ms or less.
 
 use proveout_machine::{Drive, JointValues, MAX_JOINTS, Machine};
 

@@ -1,8 +1,9 @@
 //! Drives for machines of which no drive data are published: sized from what each joint moves.
 //!
-//! A real axis is laid out from the moved mass and the wanted acceleration; the rule takes the same way back, so that the
-//! drives of a machine belong to its bodies and limits. All numbers that it gives are choices; those that it takes are
-//! the moved mass m (inertia J, at home), the limits of velocity v and acceleration a, and the loads of the bodies.
+//! A real axis is laid out from the moved mass and the wanted acceleration; the rule takes the same way back,
+//! so that the drives of a machine belong to its bodies and limits. All numbers that it gives are choices;
+//! those that it takes are the moved mass m (inertia J, at home), the limits of velocity v and acceleration
+//! a, and the loads of the bodies.
 //!
 //! ```text
 //!                        linear: ball screw and scale              rotary: torque motor or stiff gear, ring encoder
@@ -18,17 +19,19 @@
 //!   highest force        1.5 times (load of the bodies + motor + friction)
 //! ```
 //!
-//! *Loads* are the largest of Newton-Euler over seeded random states within travel and velocity limits in which every
-//! joint accelerates as hard as it may, one way or the other: corners of the limits, where loads are largest, as they are
-//! linear in the accelerations.
+//! *Loads* are the largest of Newton-Euler over seeded random states within travel and velocity limits in
+//! which every joint accelerates as hard as it may, one way or the other: corners of the limits, where loads
+//! are largest, as they are linear in the accelerations.
 //!
-//! *Reasons.* Stiffness of screw drives grows about with the square root of what they move, hence the fourth root; 75 Hz at
-//! 600 kg, motor and screw of 0.3 to 0.9 of the load, and Kv near 3 m/min per mm are usual for machining centers. The
-//! velocity loop stays well below the oscillation that it must not excite, the position loop by a factor of five below the
-//! velocity loop so that it does not overshoot (Groß, Hamann and Wiegärtner 2001; Altintas et al. 2011). With the ratios
-//! fixed, all linear axes have the same shape of answer, faster or slower.
+//! *Reasons.* Stiffness of screw drives grows about with the square root of what they move, hence the fourth
+//! root; 75 Hz at 600 kg, motor and screw of 0.3 to 0.9 of the load, and Kv near 3 m/min per mm are usual for
+//! machining centers. The velocity loop stays well below the oscillation that it must not excite, the
+//! position loop by a factor of five below the velocity loop so that it does not overshoot (Groß, Hamann and
+//! Wiegärtner 2001; Altintas et al. 2011). With the ratios fixed, all linear axes have the same shape of
+//! answer, faster or slower.
 //!
-//! Limits: as trustworthy as the masses, which come from drawn shapes and densities. No backlash, no weight compensation.
+//! Limits: as trustworthy as the masses, which come from drawn shapes and densities. No backlash, no weight
+//! compensation.
 
 use std::f64::consts::TAU;
 

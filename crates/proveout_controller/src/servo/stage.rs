@@ -33,8 +33,8 @@ use crate::{
     summary::{DriveUse, LoadTrust, Summary},
 };
 
-/// Drives that have not come to rest within this time of standstill (s) go on; the others are taken as resting. Ten time
-/// constants of a slow position loop (Kv 20/s).
+/// Drives that have not come to rest within this time of standstill (s) go on; the others are taken as
+/// resting. Ten time constants of a slow position loop (Kv 20/s).
 const SETTLING: f64 = 0.5;
 /// Velocities below this (mm/s, rad/s) count as rest.
 const RESTS: f64 = 1e-8;
@@ -251,7 +251,8 @@ impl<'m> ServoStage<'m> {
         // Both with the machine's geometric errors: what is measured here is what the drives add.
         let planned = self.machine.actual_forward(&sample.commanded, self.sample_length);
         sample.pose = self.pose;
-        // A rapid leaves its line by the lag of its joints, and cuts nothing: collision and removal follow the actual motion.
+        // A rapid leaves its line by the lag of its joints, and cuts nothing: collision and removal follow
+        // the actual motion.
         let counts = sample.kind == MoveKind::Feed;
         self.contour.push(planned, &sample.pose, self.sample_length, counts);
         let gap = self.last.map_or(0.0, |last| sample.time - last.time);
@@ -260,7 +261,8 @@ impl<'m> ServoStage<'m> {
         Ok(())
     }
 
-    /// What the drives do at a sample, a time `gap` after the last one; of a platform's joints what its legs do to them.
+    /// What the drives do at a sample, a time `gap` after the last one; of a platform's joints what its legs
+    /// do to them.
     fn drives(&mut self, sample: &Sample, gap: f64) -> DriveSample {
         let mut d = DriveSample { velocity: self.actual[1], ..DriveSample::default() };
         let mut most = JointValues::ZERO;

@@ -1,7 +1,7 @@
 //! The changing part of a drive and its inner step.
 //!
-//! *Saturation.* A step begins saturated when the control asks for more than the limit; a step that would end beyond it is
-//! taken again with the limit, so that the force never passes it.
+//! *Saturation.* A step begins saturated when the control asks for more than the limit; a step that would end
+//! beyond it is taken again with the limit, so that the force never passes it.
 //!
 //! *Gliding.* Where a drive without lost motion begins a cycle in motion, well above the Stribeck
 //! velocity and below the force limit, friction is a constant and the loop linear: two maps over
@@ -169,8 +169,8 @@ impl DriveModel {
         self.to_newton(state.force)
     }
 
-    /// One control cycle: the reference runs on from `reference` with constant jerk; `load` is the force on the load, N or
-    /// N mm.
+    /// One control cycle: the reference runs on from `reference` with constant jerk; `load` is the force on
+    /// the load, N or N mm.
     pub fn cycle(&self, state: &mut DriveState, reference: SetPointRates, load: f64) {
         let w = self.per_mass(load) + self.counterbalance;
         if self.glides(state, &reference, w) || self.stands(state, &reference, w) {
@@ -262,8 +262,8 @@ impl DriveModel {
         Some(out)
     }
 
-    /// A whole cycle of a stiff drive that sticks under a standing set point; false, and nothing is changed, where it may
-    /// move.
+    /// A whole cycle of a stiff drive that sticks under a standing set point; false, and nothing is changed,
+    /// where it may move.
     fn stands(&self, s: &mut DriveState, r: &SetPointRates, w: f64) -> bool {
         let Mechanics::Stiff(_) = self.mechanics else { return false };
         let still = s.motor_velocity == 0.0 && *r == SetPointRates::default() && self.half_backlash == 0.0;
@@ -308,8 +308,8 @@ impl DriveModel {
         s.note_acceleration((s.load_velocity - before) / self.step);
     }
 
-    /// Steps the map of a mode: `error` and `moving` are the states of the encoder and of the mass with friction, `at` is
-    /// added to the encoder's error.
+    /// Steps the map of a mode: `error` and `moving` are the states of the encoder and of the mass with
+    /// friction, `at` is added to the encoder's error.
     #[expect(clippy::too_many_arguments, reason = "one step of a mode needs what the mode is")]
     #[inline]
     fn through<const N: usize>(

@@ -229,7 +229,8 @@ impl Trail {
         });
     }
 
-    /// How far each joint leaves the straight motion: the cubics at the quarters and at the knots within, and what they are off.
+    /// How far each joint leaves the straight motion: the cubics at the quarters and at the knots within, and
+    /// what they are off.
     fn joint_deviation(&self, a: &TimedPose, b: &TimedPose, machine: &Machine) -> JointValues {
         let mut straightness = Straightness::new(machine, &a.q, &b.q);
         for part in [0.25, 0.5, 0.75] {

@@ -6,8 +6,9 @@
 //!   dt/ds = w^(-1/2)     d2t/ds2 = -w'/(2 w^2)     d3t/ds3 = w^(-1/2) (w'^2/w^3 - w''/(2 w^2))
 //! ```
 //!
-//! and the chain rule gives the derivatives by s exactly. Only t(s) itself is numerical: the length up to t is summed by
-//! Gauss' rule with five points over 64 parts, and the part's length is inverted by Newton steps with bisection as net.
+//! and the chain rule gives the derivatives by s exactly. Only t(s) itself is numerical: the length up to t
+//! is summed by Gauss' rule with five points over 64 parts, and the part's length is inverted by Newton steps
+//! with bisection as net.
 
 use proveout_geom::Vector;
 use proveout_machine::JointValues;
@@ -22,7 +23,8 @@ const CUSP: f64 = 1e-4;
 const AT_BORDER: f64 = 1e-9;
 /// Step of the parameter at which the search for a length ends.
 const FOUND: f64 = 1e-16;
-/// Points and weights of Gauss' rule over -1..=1, the negative half by symmetry (Abramowitz and Stegun 1964, table 25.4).
+/// Points and weights of Gauss' rule over -1..=1, the negative half by symmetry (Abramowitz and Stegun 1964,
+/// table 25.4).
 const GAUSS: [(f64, f64); 3] = [
     (0.0, 0.568_888_888_888_888_9),
     (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
@@ -41,8 +43,8 @@ pub(crate) struct Bezier {
 }
 
 impl Bezier {
-    /// The curve through these control points with the other coordinates from `from` to `to`. The parameter t of the cusp
-    /// where the curve has one.
+    /// The curve through these control points with the other coordinates from `from` to `to`. The parameter t
+    /// of the cusp where the curve has one.
     pub(crate) fn new(
         slots: [usize; 3],
         control: [Vector; 4],
@@ -56,7 +58,8 @@ impl Bezier {
             sum += curve.length_between(part(k), part(k + 1));
             curve.lengths.push(sum);
         }
-        // The lowest speed: w is of fourth degree in t, so that a fine grid and a search around its lowest point find it.
+        // The lowest speed: w is of fourth degree in t, so that a fine grid and a search around its lowest
+        // point find it.
         const GRID: usize = 16 * PARTS;
         let at = |i: usize| i as f64 / GRID as f64;
         let speed = |t: f64| curve.derivatives(t)[1].norm();

@@ -32,7 +32,8 @@ pub struct GlbNode {
     pub name: String,
     /// Index of the node above, in the list of [`read_glb_nodes`].
     pub parent: Option<usize>,
-    /// Its own mesh without those of its children, in millimeter with Z up, all poses applied; faces of mirrored nodes are turned.
+    /// Its own mesh without those of its children, in millimeter with Z up, all poses applied; faces of
+    /// mirrored nodes are turned.
     pub mesh: TriMesh,
 }
 
@@ -127,7 +128,8 @@ struct Glb<'a> {
     bytes: &'a [u8],
 }
 
-/// The nodes of the scene that the file shows (else of its first), parents before their children, in the order of the file.
+/// The nodes of the scene that the file shows (else of its first), parents before their children, in the
+/// order of the file.
 ///
 /// # Errors
 /// [`MeshFileError`] with the path, when the file is not what it says or holds something that is not read.

@@ -14,11 +14,12 @@ const CHUNK_HEADER: usize = 8;
 /// Chunks end at multiples of this.
 const ALIGNED: usize = 4;
 
-/// Writes a binary glTF file: `json` is its document, `bin_length` the length of its binary chunk in bytes, which `bin` writes. Without bytes the
-/// chunk is left out.
+/// Writes a binary glTF file: `json` is its document, `bin_length` the length of its binary chunk in bytes,
+/// which `bin` writes. Without bytes the chunk is left out.
 ///
 /// # Errors
-/// What `out` and `bin` return; a file above 4 GiB, which the format cannot hold; another number of bytes than `bin_length`.
+/// What `out` and `bin` return; a file above 4 GiB, which the format cannot hold; another number of bytes
+/// than `bin_length`.
 pub fn write_glb_container<W: Write>(
     out: &mut W,
     json: &[u8],

@@ -75,7 +75,8 @@ pub fn read_mesh(path: &Path) -> Result<TriMesh, MeshFileError> {
     read_mesh_and_flat(path).map(|(mesh, _)| mesh)
 }
 
-/// The same, and what of the file has no area: such triangles bound nothing, and those with two equal corners are not in the mesh.
+/// The same, and what of the file has no area: such triangles bound nothing, and those with two equal corners
+/// are not in the mesh.
 ///
 /// # Errors
 /// As [`read_mesh`].
@@ -109,8 +110,8 @@ pub struct FlatTriangles {
     pub at: Point,
 }
 
-/// Height of a triangle over its longest edge, as a part of that edge, below which it is flat. Coordinates of 32 bits that are not on a line
-/// are off it by 1e-7 of their size and more.
+/// Height of a triangle over its longest edge, as a part of that edge, below which it is flat. Coordinates of
+/// 32 bits that are not on a line are off it by 1e-7 of their size and more.
 const FLAT: f64 = 1e-9;
 
 impl FlatTriangles {

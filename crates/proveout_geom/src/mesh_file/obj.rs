@@ -5,8 +5,8 @@ use std::path::Path;
 use super::{MAX_TRIANGLES, MeshFileError, content, number, too_many};
 use crate::{Point, TriMesh};
 
-/// Reads vertices (`v x y z`) and faces (`f 1 2 3`, `f 1/1/1 2/2/1 -1`); faces of more than three corners become fans from their
-/// first corner, which is their shape where they are flat and convex.
+/// Reads vertices (`v x y z`) and faces (`f 1 2 3`, `f 1/1/1 2/2/1 -1`); faces of more than three corners
+/// become fans from their first corner, which is their shape where they are flat and convex.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<TriMesh, MeshFileError> {
     let text = String::from_utf8_lossy(bytes);
     let mut mesh = TriMesh::default();

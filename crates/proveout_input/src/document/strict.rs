@@ -1,4 +1,5 @@
-//! A deserializer that refuses what the type leaves over: the reader of TOML fills `[f64; 3]` from a list of four and drops the last.
+//! A deserializer that refuses what the type leaves over: the reader of TOML fills `[f64; 3]` from a list of
+//! four and drops the last.
 //!
 //! Every list below is asked for one more member after the type has taken its own. Everything else is handed through.
 

@@ -13,8 +13,8 @@ pub(super) struct Said {
     pub(super) shows_value: bool,
 }
 
-/// The nearest of the known words to an unknown one by edits (Levenshtein 1966), when it is near enough to be a slip; of two as near as
-/// each other the one that begins alike.
+/// The nearest of the known words to an unknown one by edits (Levenshtein 1966), when it is near enough to be
+/// a slip; of two as near as each other the one that begins alike.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let alike = |k: &str| word.bytes().zip(k.bytes()).take_while(|(a, b)| a == b).count();
     let near = |k: &str| word.chars().count().max(k.chars().count()) / 3 + 1;

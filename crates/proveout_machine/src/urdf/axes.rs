@@ -138,7 +138,8 @@ pub(super) fn axes(
             let Some(&letter) = letters.get(&j) else { continue };
             let machine_from_joint = tree.poses[tree.child[j]];
             let reversed = reversed.contains(&letter);
-            // The joint of the file moves what it carries along its axis; on the side of the table the tool then goes the other way.
+            // The joint of the file moves what it carries along its axis; on the side of the table the tool
+            // then goes the other way.
             let sign = if reversed == (*carries == Carries::Tool) { -1.0 } else { 1.0 };
             let point = Point::from(machine_from_joint.translation);
             let far = reach(&[point]);

@@ -19,7 +19,8 @@ use crate::{TOOL_PARTS, mass::is_inertia};
 
 /// Facets round a sphere, as for other round bodies: its corners protrude by two thousandths of the radius.
 const SECTORS: usize = 72;
-/// Masses and moments of inertia that a body of a machine can have, kg and kg m²; a file that describes pictures states others.
+/// Masses and moments of inertia that a body of a machine can have, kg and kg m²; a file that describes
+/// pictures states others.
 const LEAST_KG: f64 = 1e-6;
 const MOST_KG: f64 = 1e7;
 const MOST_KG_M2: f64 = 1e6;
@@ -144,8 +145,8 @@ fn quarter_turn(pose: &Pose) -> Option<[usize; 3]> {
 
 /// A polyhedron that holds a ball about the origin.
 ///
-/// Its faces are flat trapezoids between two circles of latitude. With the corners on a sphere of radius R, N facets round and N / 2 in height,
-/// no face is nearer to the middle than `R cos²(pi / N)`.
+/// Its faces are flat trapezoids between two circles of latitude. With the corners on a sphere of radius R, N
+/// facets round and N / 2 in height, no face is nearer to the middle than `R cos²(pi / N)`.
 fn ball(radius: f64) -> TriMesh {
     let outer = radius / (PI / SECTORS as f64).cos().powi(2) * (1.0 + OUTSIDE);
     let stacks = SECTORS / 2;

@@ -57,8 +57,8 @@ pub struct UrdfOptions {
 /// Reads a URDF file.
 ///
 /// # Errors
-/// [`InputError`] with the line: no XML, no robot, a tree that is none, a joint that no machine of the twin can have, a link or a letter that is
-/// missing, a mesh that is not there.
+/// [`InputError`] with the line: no XML, no robot, a tree that is none, a joint that no machine of the twin
+/// can have, a link or a letter that is missing, a mesh that is not there.
 pub fn import_urdf(file: &Path, options: &UrdfOptions) -> Result<ImportedMachine, InputError> {
     let text = read_input(file)?;
     let source = UrdfSource { file, text: &text };

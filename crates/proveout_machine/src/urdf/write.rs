@@ -14,8 +14,9 @@ use super::{
 };
 use crate::Carries;
 
-/// Acceleration (mm/s², degrees/s²) and jerk (mm/s³, degrees/s³) of slides and of rotary axes: machines of the library have 300 to
-/// 10,000 mm/s² and 100 to 1,500 degrees/s²; the jerk takes 50 ms to full acceleration.
+/// Acceleration (mm/s², degrees/s²) and jerk (mm/s³, degrees/s³) of slides and of rotary axes: machines of
+/// the library have 300 to 10,000 mm/s² and 100 to 1,500 degrees/s²; the jerk takes 50 ms to full
+/// acceleration.
 const SLIDE: [f64; 2] = [2_000.0, 40_000.0];
 const TURN: [f64; 2] = [500.0, 10_000.0];
 /// Scales of the decimals that numbers and unit vectors are written with.

@@ -1,4 +1,5 @@
-//! Chamfers and roundings between two blocks: CHF=, CHR=, RND=, RNDM=, FRC=, FRCM= of an 840D, `,C` and `,R` of ISO controls.
+//! Chamfers and roundings between two blocks: CHF=, CHR=, RND=, RNDM=, FRC=, FRCM= of an 840D, `,C` and `,R`
+//! of ISO controls.
 //!
 //! ```text
 //!          end of A              CHR: both legs in the direction of motion; CHF: the chamfer itself

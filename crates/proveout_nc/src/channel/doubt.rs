@@ -105,8 +105,8 @@ impl Doubt {
         doubt
     }
 
-    /// What a block leaves in doubt whose motion failed with this fault: words that set something act before the motion, so that
-    /// only its end is not known.
+    /// What a block leaves in doubt whose motion failed with this fault: words that set something act before
+    /// the motion, so that only its end is not known.
     pub(crate) fn of_motion(code: &str, text: &str) -> Self {
         let doubt = Self::of_text(text);
         match code {

@@ -27,8 +27,8 @@ pub(crate) enum Expr<P> {
     /// `NAME(a, , b)`.
     Call(String, Vec<Option<Self>>),
     Unary(Function, Box<Self>),
-    /// Operands with the operators before them, from left to right. Not a pair of two: a sum of ten thousand terms would be a
-    /// tree ten thousand deep, and whoever walks it needs a stack as deep.
+    /// Operands with the operators before them, from left to right. Not a pair of two: a sum of ten thousand
+    /// terms would be a tree ten thousand deep, and whoever walks it needs a stack as deep.
     Chain(Box<Self>, Vec<(Operator, Self)>),
 }
 

@@ -138,8 +138,8 @@ impl<L: Language> Channel<L> {
         }
     }
 
-    /// The file of the lowest rank, then of the first name, in the first folder that has one: the order of a folder decides
-    /// nothing.
+    /// The file of the lowest rank, then of the first name, in the first folder that has one: the order of a
+    /// folder decides nothing.
     pub(crate) fn file_beside<R: Ord>(&self, rank: impl Fn(&Path) -> Option<R>) -> Option<PathBuf> {
         self.folders.iter().find_map(|folder| {
             let paths = std::fs::read_dir(folder).ok()?.filter_map(|entry| Some(entry.ok()?.path()));

@@ -5,7 +5,8 @@
 //!   operand = sign operand | number | bracket | what the language has besides: variables, functions, texts
 //! ```
 //!
-//! A language is a [`Grammar`], a table of its operators and the words of its messages, and the [`Formulas`] that it reads.
+//! A language is a [`Grammar`], a table of its operators and the words of its messages, and the [`Formulas`]
+//! that it reads.
 
 use super::expression::{Expr, Function, MAX_DEPTH, Operator};
 use crate::codes;

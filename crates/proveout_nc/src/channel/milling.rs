@@ -7,7 +7,8 @@
 //!   wall, floor (         )          with their allowances, on arcs onto the wall and off it
 //! ```
 //!
-//! A language says with [`Mills`] how its motions are completed, and makes a [`Plan`] and a [`Job`] of the words of its cycle.
+//! A language says with [`Mills`] how its motions are completed, and makes a [`Plan`] and a [`Job`] of the
+//! words of its cycle.
 
 use super::shape::{self, Leg, NO_WIDTH_MM, Pass, Place, Point, Shape};
 use super::{Channel, Language};
@@ -99,8 +100,9 @@ pub(crate) fn levels(total: f64, infeed: f64) -> Vec<f64> {
     depths
 }
 
-/// Rings of the tool center in a pocket, from the inside out, the last one with an arc off the wall; none where the tool does not
-/// fit. `overlap`: greatest way between two of them, mm. The innermost leaves no more than the radius inside of it, or is the spine.
+/// Rings of the tool center in a pocket, from the inside out, the last one with an arc off the wall; none
+/// where the tool does not fit. `overlap`: greatest way between two of them, mm. The innermost leaves no more
+/// than the radius inside of it, or is the spine.
 pub(crate) fn rings(shape: Shape, radius: f64, allowance: f64, overlap: f64, climb: bool) -> Option<Vec<Pass>> {
     let widest = shape.half_width() - radius - allowance;
     if widest < -NO_WIDTH_MM {

@@ -5,14 +5,14 @@
 //!              grammar            meanings           emitted once, for all languages
 //! ```
 //!
-//! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands with the place of
-//! their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses of holes ([`holes`]) and pockets ([`milling`]), motions that wait for the
-//! next one ([`corners`]), what is
-//! known of faults ([`recover`], [`doubt`]), how often the program has jumped back ([`passes`]), and which lines have run
-//! ([`coverage`]). Formulas of all languages are one tree ([`expression`]) with
-//! one parser ([`formula`]); [`listed`] does what a control file says. A
-//! language is a type with [`Language`]: it says how one block is read and executed, and keeps in [`Channel::own`] what no
-//! other language has. Everything is resolved when it is compiled; nothing is boxed for a block.
+//! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands
+//! with the place of their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses
+//! of holes ([`holes`]) and pockets ([`milling`]), motions that wait for the next one ([`corners`]), what is
+//! known of faults ([`recover`], [`doubt`]), how often the program has jumped back ([`passes`]), and which
+//! lines have run ([`coverage`]). Formulas of all languages are one tree ([`expression`]) with one parser
+//! ([`formula`]); [`listed`] does what a control file says. A language is a type with [`Language`]: it says
+//! how one block is read and executed, and keeps in [`Channel::own`] what no other language has. Everything
+//! is resolved when it is compiled; nothing is boxed for a block.
 
 pub(crate) mod corners;
 pub(crate) mod coverage;
@@ -152,8 +152,8 @@ pub(crate) trait LineLanguage: Language {
     ) -> Result<(), Box<Diagnostic>>;
 }
 
-/// A program being executed. Commands leave one by one; what is kept is the text, the structure of its files, the variables
-/// and the modal state, never the executed blocks.
+/// A program being executed. Commands leave one by one; what is kept is the text, the structure of its files,
+/// the variables and the modal state, never the executed blocks.
 #[derive(Debug)]
 pub(crate) struct Channel<L: Language> {
     pub(crate) settings: Settings,

@@ -17,8 +17,8 @@ use crate::{
 const LITTLE: f64 = 1e-4;
 
 impl<L: Language> Channel<L> {
-    /// The motion to an end in work coordinates of which these axes (bit mask) are programmed; the missing axes where a turned
-    /// frame needs more.
+    /// The motion to an end in work coordinates of which these axes (bit mask) are programmed; the missing
+    /// axes where a turned frame needs more.
     #[inline]
     pub(crate) fn motion_to(&self, end: AxisValues, programmed: u16) -> Result<Motion, MissingAxes> {
         Ok(Motion {
@@ -86,8 +86,8 @@ impl<L: Language> Channel<L> {
         self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
     }
 
-    /// Hands a rapid motion out that leaves a coordinate of a turned frame open: the axes without a word stay where the machine has them,
-    /// which whoever runs the motion fills in.
+    /// Hands a rapid motion out that leaves a coordinate of a turned frame open: the axes without a word stay
+    /// where the machine has them, which whoever runs the motion fills in.
     pub(crate) fn go_left_open(&mut self, end: AxisValues, programmed: u16, exact_stop: bool) {
         let (end_base, known) = self.position.base_left_open(&end, programmed);
         self.position.move_to(end, known);
@@ -104,14 +104,16 @@ impl<L: Language> Channel<L> {
         }));
     }
 
-    /// Hands a motion out that follows the spindle. `pitch`: mm, above zero. `direction`: none where the spindle turns as it is.
+    /// Hands a motion out that follows the spindle. `pitch`: mm, above zero. `direction`: none where the
+    /// spindle turns as it is.
     pub(crate) fn go_thread(&mut self, motion: Motion, pitch: f64, direction: Option<SpindleDirection>) {
         self.position.move_to(motion.end, motion.end_base);
         L::moving(self);
         self.emit(Op::Thread(ThreadMotion { motion, pitch, direction }));
     }
 
-    /// An arc from its center and the axis about which it turns counter-clockwise, work coordinates, and the motion to its end.
+    /// An arc from its center and the axis about which it turns counter-clockwise, work coordinates, and the
+    /// motion to its end.
     pub(crate) fn arc_about(
         &self,
         center: [f64; 3],

@@ -157,7 +157,8 @@ impl<L: Language> Channel<L> {
         }
     }
 
-    /// The position with the lower or higher angle of the reference axis. `or_other`: where it is out of travel, the other one.
+    /// The position with the lower or higher angle of the reference axis. `or_other`: where it is out of
+    /// travel, the other one.
     pub(crate) fn chosen_solution(&self, higher: bool, or_other: bool) -> RotarySolution {
         RotarySolution::Angle { higher, reference: self.settings.control.parameters.tilt_reference, or_other }
     }

@@ -92,8 +92,8 @@ impl Pass {
         (length > 0.0).then(|| [d[0] / length, d[1] / length])
     }
 
-    /// A closed path with tangential arcs of this radius onto it and off it, through an angle of 90 or 180 degrees each.
-    /// `from_left`: on which side of the path they lie.
+    /// A closed path with tangential arcs of this radius onto it and off it, through an angle of 90 or 180
+    /// degrees each. `from_left`: on which side of the path they lie.
     pub(crate) fn with_leads(mut self, radius: f64, half_turns: bool, from_left: bool, on: bool) -> Self {
         let Some(t) = self.heading().filter(|_| radius > NO_WIDTH_MM) else { return self };
         let side = if from_left { left(t) } else { [t[1], -t[0]] };

@@ -150,8 +150,8 @@ impl<L: Language> Channel<L> {
         })
     }
 
-    /// A tool comes into the spindle. The change moves the machine to where its tool changer is: these axes (bit mask) have
-    /// no programmed position any more.
+    /// A tool comes into the spindle. The change moves the machine to where its tool changer is: these axes
+    /// (bit mask) have no programmed position any more.
     pub(crate) fn change_tool(&mut self, tool: ToolName, axes: u16) {
         self.technology.in_spindle = Some(tool.clone());
         self.emit(Op::Tool(ToolAction::Change(tool)));

@@ -222,7 +222,8 @@ fn turn(from: Point, to: Point, counter_clockwise: bool) -> f64 {
     if counter_clockwise { angle } else { -angle }
 }
 
-/// Angle from one radius to another in the direction of motion, in [0, 2 pi); what is a full turn but for rounding is none.
+/// Angle from one radius to another in the direction of motion, in [0, 2 pi); what is a full turn but for
+/// rounding is none.
 fn angle(from: Point, to: Point, counter_clockwise: bool, radius: Option<f64>) -> f64 {
     let angle = turn(from, to, counter_clockwise);
     let rounding = ROUNDING_MM / radius.unwrap_or(1.0).abs().max(LEAST_RADIUS_MM);
@@ -366,8 +367,8 @@ mod tests {
             end,
             shape: ElementShape::Arc { center, radius: 10.0, counter_clockwise: true, sweep: 2.0 },
         };
-        // Two circles of radius 10 about (-6, 0) and (6, 0) cross at (0, 8): a lens run counter-clockwise has there a corner
-        // with the tool inside, on the left.
+        // Two circles of radius 10 about (-6, 0) and (6, 0) cross at (0, 8): a lens run counter-clockwise has
+        // there a corner with the tool inside, on the left.
         let a = arc([4.0, 0.0], [0.0, 8.0], [-6.0, 0.0]);
         let b = arc([0.0, 8.0], [-4.0, 0.0], [6.0, 0.0]);
         let point = inside_corner(&a, &b, 1.0, 2.0).unwrap().point;

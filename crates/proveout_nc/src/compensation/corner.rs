@@ -168,8 +168,8 @@ pub(super) struct BlockStart {
     pub(super) rest: f64,
 }
 
-/// Way from one block to the next with the tool `offset` to the left of the motion; none when the tool does not fit into the
-/// corner. `straight_only`: circles are not possible (rapid motion).
+/// Way from one block to the next with the tool `offset` to the left of the motion; none when the tool does
+/// not fit into the corner. `straight_only`: circles are not possible (rapid motion).
 pub(super) fn join(
     begun: &BlockStart,
     second: &Element,
@@ -267,11 +267,12 @@ pub(super) fn join(
 ///                      ..        P
 /// ```
 ///
-/// With curvatures `k` that are above zero to the left, the tool on the left is inside where the opening is above zero, the
-/// tool on the right where it is below. Where tangents and bends disagree, the branches cross again at `l = 2 (s x t) / (k1 +
-/// k2)`, and between lies a sliver that is `(s x t)^2 / (2 |k1 + k2|)` wide at most. A sliver below [`SLIVER_MM`] comes from
-/// rounding of the text, and the bends decide. Two branches that lie on each other (a line and back, an arc and back) leave
-/// nothing between them: the tool goes around their end.
+/// With curvatures `k` that are above zero to the left, the tool on the left is inside where the opening is
+/// above zero, the tool on the right where it is below. Where tangents and bends disagree, the branches cross
+/// again at `l = 2 (s x t) / (k1 + k2)`, and between lies a sliver that is `(s x t)^2 / (2 |k1 + k2|)` wide
+/// at most. A sliver below [`SLIVER_MM`] comes from rounding of the text, and the bends decide. Two branches
+/// that lie on each other (a line and back, an arc and back) leave nothing between them: the tool goes around
+/// their end.
 fn is_inside(first: &Element, second: &Element, offset: f64) -> bool {
     let (s, t) = (first.last_tangent(), second.first_tangent());
     let sine = cross(s, t);
@@ -289,8 +290,8 @@ fn is_inside(first: &Element, second: &Element, offset: f64) -> bool {
     offset * sine > 0.0
 }
 
-/// The sharpest corner that is taken without a piece of its own: the two equidistants meet, a little beyond their ends at an
-/// outside corner.
+/// The sharpest corner that is taken without a piece of its own: the two equidistants meet, a little beyond
+/// their ends at an outside corner.
 ///
 /// At a change of direction `w` their tangents meet `|o| tan(w / 2)` beyond the end of the first,
 /// and that point is `|o| (1 / cos(w / 2) - 1)`, about `|o| w^2 / 8`, farther from the corner than
@@ -324,8 +325,8 @@ fn flat_corner(first: &Element, second: &Element, offset: f64, rest: f64, turn: 
     })
 }
 
-/// A line across the gap that an arc leaves which does not end on its circle (its radii differ within the tolerance of the
-/// reader), where the path goes straight on and the equidistants do not meet.
+/// A line across the gap that an arc leaves which does not end on its circle (its radii differ within the
+/// tolerance of the reader), where the path goes straight on and the equidistants do not meet.
 fn gap(first: &Element, offset: f64, p: Point, q: Point, turn: f64) -> Option<Join> {
     let off = norm(sub(p, along(first.end, left(first.last_tangent()), offset)));
     let across = norm(sub(p, q));

@@ -30,8 +30,8 @@ const SHORT_MM: f64 = 0.05;
 /// Largest turn into a crumb and along it, radian.
 const BENT: f64 = 0.5;
 
-/// Goes on where the tool does not fit into the corner, past the second block or past what is left of the first; none where
-/// one of both is more than a crumb.
+/// Goes on where the tool does not fit into the corner, past the second block or past what is left of the
+/// first; none where one of both is more than a crumb.
 pub(super) fn swallowed(begun: &BlockStart, second: &Element, offset: f64) -> Option<Join> {
     let first = &begun.element;
     if turn_between(first.last_tangent(), second.first_tangent()) > BENT {
@@ -119,7 +119,8 @@ mod tests {
 
     #[test]
     fn a_step_of_a_micrometer_is_passed() {
-        // 10 mm, a crumb that rises by 0.5 um within 1 um, 10 mm on: the tool of 5 mm on the left cannot follow the crumb.
+        // 10 mm, a crumb that rises by 0.5 um within 1 um, 10 mm on: the tool of 5 mm on the left cannot
+        // follow the crumb.
         let (a, crumb, b) =
             (line([-10.0, 0.0], [0.0, 0.0]), line([0.0, 0.0], [1e-3, 5e-4]), line([1e-3, 5e-4], [10.0, 5e-4]));
         let begun = |element: Element, from, rest| BlockStart { element, from, rest };

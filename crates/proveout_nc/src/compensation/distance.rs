@@ -1,8 +1,9 @@
 //! Distances between elements of a plane: lines and arcs, in closed form.
 //!
-//! The least distance of two curves lies at an end of one of them and the nearest point of the other, or inside of both where
-//! the joining line is square to both: on the perpendicular from a center to a line, on the line of two centers, or at a
-//! crossing. All of these are tried; each is a distance that exists, so the least of them is the least of all.
+//! The least distance of two curves lies at an end of one of them and the nearest point of the other, or
+//! inside of both where the joining line is square to both: on the perpendicular from a center to a line, on
+//! the line of two centers, or at a crossing. All of these are tried; each is a distance that exists, so the
+//! least of them is the least of all.
 //!
 //! ```text
 //!      line and arc                    arc and arc
@@ -295,8 +296,8 @@ mod tests {
 
     #[test]
     fn distances_are_those_of_dense_points() {
-        // 400 points on each of two curves of up to 60 mm: the least distance of points is above the true one by at most
-        // the way between two points, and never below.
+        // 400 points on each of two curves of up to 60 mm: the least distance of points is above the true one
+        // by at most the way between two points, and never below.
         let mut state = 5;
         for _ in 0..300 {
             let (a, b) = (element(&mut state), element(&mut state));

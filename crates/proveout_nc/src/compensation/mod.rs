@@ -23,22 +23,23 @@
 //!                 |         :                 contour
 //! ```
 //!
-//! * The equidistant of a line is the parallel line; of an arc, the circle about the same center with the radius `R - o`
-//!   where the arc runs counter-clockwise and `R + o` where it runs clockwise. It must stay above zero.
+//! * The equidistant of a line is the parallel line; of an arc, the circle about the same center with the
+//!   radius `R - o` where the arc runs counter-clockwise and `R + o` where it runs clockwise. It must stay
+//!   above zero.
 //! * With tangents `s` before and `t` after a corner, the corner is inside where `o * (s x t) > 0`.
 //!   There the equidistants, lines or circles, are intersected; of the points that lie on both, the
 //!   one that shortens the first block least is taken. If there is none, the tool does not fit:
 //!   `nc-compensation` names block, radius and the radius that fits.
 //! * At a *cusp*, where the path turns back, the bends of both blocks decide between inside and
 //!   outside ([`corner`]).
-//! * At an outside corner the tool goes around as the dialect says: on a circle about `P` (G450 of Siemens, `LinuxCNC`,
-//!   Heidenhain), or over the intersection of the tangents (G451 up to 100 degrees, MD20210, a circle beyond; Fanuc up to 90
-//!   degrees, beyond both tangents go on for one radius and a line joins them). At rapid rate there are no circles: the lines
-//!   of Fanuc are taken, which lie outside of them.
-//! * Every point of these paths is at least `|o|` away from both blocks of the corner: on the circle and at `X` exactly, on
-//!   the tangents and the chamfer at least.
-//! * *Near-tangent* outside corners take no piece of their own: the equidistants run on until they meet. Blocks of micrometers
-//!   into which the tool does not fit are passed ([`crumb`]).
+//! * At an outside corner the tool goes around as the dialect says: on a circle about `P` (G450 of Siemens,
+//!   `LinuxCNC`, Heidenhain), or over the intersection of the tangents (G451 up to 100 degrees, MD20210, a
+//!   circle beyond; Fanuc up to 90 degrees, beyond both tangents go on for one radius and a line joins them).
+//!   At rapid rate there are no circles: the lines of Fanuc are taken, which lie outside of them.
+//! * Every point of these paths is at least `|o|` away from both blocks of the corner: on the circle and at
+//!   `X` exactly, on the tangents and the chamfer at least.
+//! * *Near-tangent* outside corners take no piece of their own: the equidistants run on until they meet.
+//!   Blocks of micrometers into which the tool does not fit are passed ([`crumb`]).
 //!
 //! # Check
 //!
@@ -49,15 +50,16 @@
 //!
 //! # Entry, exit, and blocks between
 //!
-//! * *Entry*, a straight block with a motion in the plane. Perpendicular: it ends at `P + o * left(t)` of the first block of
-//!   the contour (NORM of Siemens; start-up type A of Fanuc and Haas; RL/RR of Heidenhain). `LinuxCNC`: the entry block is a
-//!   block of the contour that begins at the uncompensated point, and must be longer than the radius.
+//! * *Entry*, a straight block with a motion in the plane. Perpendicular: it ends at `P + o * left(t)` of the
+//!   first block of the contour (NORM of Siemens; start-up type A of Fanuc and Haas; RL/RR of Heidenhain).
+//!   `LinuxCNC`: the entry block is a block of the contour that begins at the uncompensated point, and must
+//!   be longer than the radius.
 //! * *Exit*: the last block ends at the end of its equidistant; the next straight block with a
 //!   motion in the plane leads from there to its programmed end. All four families do this with
 //!   their standard settings. With KONT the same, where the exit lies on the side of the tool; an
 //!   exit on the far side of the contour is refused.
-//! * *Blocks without motion in the plane* are executed where the block before ends, ahead of the circle of the corner, as the
-//!   manual of Siemens says of G450.
+//! * *Blocks without motion in the plane* are executed where the block before ends, ahead of the circle of
+//!   the corner, as the manual of Siemens says of G450.
 //! * *Another radius* while it is on: a straight block begins with the old one and ends with the new one.
 //! * Axes outside of the plane move along with their block; pieces of corners keep them still.
 //! * Feed on arcs holds at the contour with CFC (standard of Siemens), inside of it with CFIN, else at the tool center.
@@ -72,10 +74,12 @@
 //! turned frame or tool center point control in between, inverse time feed, G41 after G42 without
 //! G40.
 //!
-//! Sources: Siemens, *SINUMERIK 840D sl Function Manual Basic Functions* (W1, tool radius compensation 2D; collision detection
-//! and bottleneck detection) and *Programming Manual Fundamentals* (G40 to G42, G450, G451, CDON); Fanuc, *Series 30i User's
-//! Manual* (blocks read in offset mode, parameter 19625); HEIDENHAIN, *TNC 640 User's Manual* (M120); Kramer, Proctor, Messina, *The NIST RS274NGC Interpreter*, NISTIR 6556,
-//! 2000, appendix on cutter radius compensation. The rest of Fanuc and Heidenhain from general knowledge of their manuals.
+//! Sources: Siemens, *SINUMERIK 840D sl Function Manual Basic Functions* (W1, tool radius compensation 2D;
+//! collision detection and bottleneck detection) and *Programming Manual Fundamentals* (G40 to G42, G450,
+//! G451, CDON); Fanuc, *Series 30i User's Manual* (blocks read in offset mode, parameter 19625); HEIDENHAIN,
+//! *TNC 640 User's Manual* (M120); Kramer, Proctor, Messina, *The NIST RS274NGC Interpreter*, NISTIR 6556,
+//! 2000, appendix on cutter radius compensation. The rest of Fanuc and Heidenhain from general knowledge of
+//! their manuals.
 
 mod blocks;
 pub(crate) mod contour;

@@ -1,7 +1,7 @@
 //! What a cut into the contour means: a tool that does not fit, or a contour that runs over itself.
 //!
-//! The tool with its center at `c` follows the contour of its block at the contact `k`, and enters the contour of another
-//! block at `v`. Two cases look alike there and are not:
+//! The tool with its center at `c` follows the contour of its block at the contact `k`, and enters the
+//! contour of another block at `v`. Two cases look alike there and are not:
 //!
 //! ```text
 //!     does not fit                                  runs over itself
@@ -29,7 +29,8 @@ use super::{CompensatedReader, Fault};
 use crate::codes;
 use crate::{AXIS_LETTERS, AxisValues, Command, Location, Op, Overcut, OvercutKind};
 
-/// Contours that come together or cross nearer than this to an end, mm, or at a smaller angle, radian, are taken as touching.
+/// Contours that come together or cross nearer than this to an end, mm, or at a smaller angle, radian, are
+/// taken as touching.
 const TOUCH: f64 = 1e-3;
 /// Heights that differ by less are one, mm.
 const SAME_HEIGHT_MM: f64 = 1e-6;
@@ -136,7 +137,8 @@ fn meets(wall: &Element, block: &Element, start: bool) -> Option<Point> {
 /// A place of the contour: block, and way along it as [`Element::on_from_start`] counts it.
 type Place1d = (usize, f64);
 
-/// Ways on and off a contour that crosses itself there, as programs do that begin and end on the extensions of its sides:
+/// Ways on and off a contour that crosses itself there, as programs do that begin and end on the extensions
+/// of its sides:
 ///
 /// ```text
 ///              |     ^            Up to the crossing the first blocks, and from it on the last ones, are no wall

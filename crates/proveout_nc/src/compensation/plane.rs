@@ -6,8 +6,8 @@ use crate::{AXIS_LETTERS, AxisValues};
 
 /// Directions of the working plane in base coordinates: unit vectors, also under a frame that scales all axes alike.
 ///
-/// Under a mirror `u`, `v` are a left-handed pair: what is left in the program stays left in `u` and `v`, so the whole path
-/// is the mirror image, as on the controls, which swap G41 and G42 then.
+/// Under a mirror `u`, `v` are a left-handed pair: what is left in the program stays left in `u` and `v`, so
+/// the whole path is the mirror image, as on the controls, which swap G41 and G42 then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct CompPlane {
     u: [f64; 3],

@@ -10,8 +10,8 @@ use super::contour::{Element, ElementShape, Point, norm, sub};
 use super::distance::{self, Bounds};
 use crate::Location;
 
-/// Least depth of a cut into the contour that is one, mm: above the crumbs that the tool passes. Rounding of intersections
-/// and the points that are taken as one stay below a thousandth of it.
+/// Least depth of a cut into the contour that is one, mm: above the crumbs that the tool passes. Rounding of
+/// intersections and the points that are taken as one stay below a thousandth of it.
 pub(super) const GOUGE_MM: f64 = 1e-3;
 /// Blocks that are kept for the check; the path is checked against so many before and after it.
 pub(super) const WINDOW: usize = 100_000;

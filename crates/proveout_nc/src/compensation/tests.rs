@@ -116,8 +116,8 @@ fn others_go_around_on_a_circle() {
 
 #[test]
 fn linuxcnc_enters_along_its_first_block() {
-    // Entry straight up to (0, 0) with the tool on the right: it ends right of itself at (2, 0), where the contour along X
-    // turns right, an inside corner: the equidistants x = 2 and y = -2 meet in (2, -2).
+    // Entry straight up to (0, 0) with the tool on the right: it ends right of itself at (2, 0), where the
+    // contour along X turns right, an inside corner: the equidistants x = 2 and y = -2 meet in (2, -2).
     let inside = vec![
         Op::Rapid(to(0.0, -20.0)),
         comp(CompSide::Right, Some(3), None),

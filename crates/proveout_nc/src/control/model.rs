@@ -38,7 +38,8 @@ impl WholeNumbers {
 
 /// How far the radius at the end of an arc may be from that at its start.
 ///
-/// A difference is taken up to `absolute_mm`, and up to `largest_mm` where it is not more than `relative` of the larger radius.
+/// A difference is taken up to `absolute_mm`, and up to `largest_mm` where it is not more than `relative` of
+/// the larger radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArcTolerance {
     /// Difference that is always taken, mm.

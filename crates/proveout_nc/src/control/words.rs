@@ -19,8 +19,9 @@ pub(crate) enum Meaning {
     TcpOff,
     /// A subprogram of this name, as M98 calls it.
     Call(String),
-    /// A macro of this name, with the words of the block as arguments, as G65 calls it; the O word subprogram of this label, with
-    /// the words of the table's `values` as named parameters, as a remapped word of a `LinuxCNC` does.
+    /// A macro of this name, with the words of the block as arguments, as G65 calls it; the O word subprogram
+    /// of this label, with the words of the table's `values` as named parameters, as a remapped word of a
+    /// `LinuxCNC` does.
     Macro(String),
     /// The work offset whose number the word of this letter gives.
     Offset(u8),

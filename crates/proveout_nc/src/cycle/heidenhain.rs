@@ -1,8 +1,8 @@
 //! The cycles of a Heidenhain TNC: which Q parameters each takes, and what these are.
 //!
-//! After HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x); 210 to 215, 230 and 231 after *iTNC 530 cycles*.
-//! The first list of a cycle are the parameters that the control writes into its definition: a milling cycle without one of
-//! them is refused there. The second list are those that may be left out.
+//! After HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x); 210 to 215, 230 and 231 after *iTNC
+//! 530 cycles*. The first list of a cycle are the parameters that the control writes into its definition: a
+//! milling cycle without one of them is refused there. The second list are those that may be left out.
 
 use super::{CycleSpec, Key, Parameter, Unit, Usual};
 use Unit::{Feed, Length, Number};

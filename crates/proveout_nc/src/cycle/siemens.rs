@@ -3,7 +3,8 @@
 //! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02) and *NC programming* (12/2019), "Programming cycles
 //! externally"; which of them are from memory says the README.
 //!
-//! A unit follows the name of an argument, then what it is called where it is missing, then its value where it is left out.
+//! A unit follows the name of an argument, then what it is called where it is missing, then its value where
+//! it is left out.
 
 use super::values::Of;
 use super::{CycleSpec, Given, Key, Parameter, Unit, Usual, Values};
@@ -242,8 +243,8 @@ impl Values {
         Ok(if in_revolutions { dwell.map(|dwell| -dwell.abs()) } else { dwell })
     }
 
-    /// Planes of a cycle for one hole. The depth is DP, or DPR below the reference plane; where both are written AMODE says
-    /// which one counts: 1 DPR, 2 DP.
+    /// Planes of a cycle for one hole. The depth is DP, or DPR below the reference plane; where both are
+    /// written AMODE says which one counts: 1 DPR, 2 DP.
     pub(crate) fn heights_of_hole(&self) -> Result<Heights, Fault> {
         let mode = self.digit("AMODE", 1.0)?;
         let relative = if mode == 2.0 && self.given("DP").is_some() { 0.0 } else { self.value("DPR")? };

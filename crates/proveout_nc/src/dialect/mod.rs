@@ -40,7 +40,8 @@ pub(crate) trait Reader: Debug {
         None
     }
 
-    /// What is wrong with the structure of the main file: opening words without closing ones. Such a program is not run.
+    /// What is wrong with the structure of the main file: opening words without closing ones. Such a program
+    /// is not run.
     fn take_structure_faults(&mut self) -> Vec<Diagnostic> {
         Vec::new()
     }
@@ -50,7 +51,8 @@ pub(crate) trait Reader: Debug {
         false
     }
 
-    /// True where this fault may be there only because of one before: what a block with a fault would have set is not known.
+    /// True where this fault may be there only because of one before: what a block with a fault would have
+    /// set is not known.
     fn follows(&self, _fault: &Diagnostic) -> bool {
         false
     }

@@ -15,8 +15,9 @@ use text::JsonText;
 
 /// Writes commands as JSON lines and knows the feed that is in force.
 ///
-/// One object a line: `file`, `line`, `column`, `depth`, `op` and what belongs to the op. Lengths in mm, angles in degrees,
-/// whatever the unit of the program; numbers are rounded to 1e-9, which is far below what any control resolves.
+/// One object a line: `file`, `line`, `column`, `depth`, `op` and what belongs to the op. Lengths in mm,
+/// angles in degrees, whatever the unit of the program; numbers are rounded to 1e-9, which is far below what
+/// any control resolves.
 ///
 /// | op | keys |
 /// |---|---|

@@ -148,8 +148,9 @@ impl JsonText {
 
     /// A number rounded to 1e-9; without a sign where that is zero. What is not finite is `null`.
     ///
-    /// The decimals of the rounded number are its shortest text: below 4.5e6 two neighbors of nine decimals are farther from
-    /// each other than a double from its neighbors, so that no other text of nine decimals or less reads as the same double.
+    /// The decimals of the rounded number are its shortest text: below 4.5e6 two neighbors of nine decimals
+    /// are farther from each other than a double from its neighbors, so that no other text of nine decimals
+    /// or less reads as the same double.
     #[inline]
     pub(super) fn number(&mut self, value: f64) {
         let scaled = value * NANO;
@@ -301,7 +302,8 @@ mod tests {
         }
     }
 
-    /// All counts of 1e-9 up to a million, doubles of any bits, lengths with up to nine decimals, half counts and neighbors.
+    /// All counts of 1e-9 up to a million, doubles of any bits, lengths with up to nine decimals, half counts
+    /// and neighbors.
     #[test]
     fn random_numbers_of_all_magnitudes() {
         let state = &mut 1;

@@ -1,5 +1,6 @@
-//! APT cutter location data. Points are those of the work offset, whatever frames the commands have; there is no word for
-//! rotary axes, machine coordinates, and how corners are treated (a comment says what the commands wanted).
+//! APT cutter location data. Points are those of the work offset, whatever frames the commands have; there is
+//! no word for rotary axes, machine coordinates, and how corners are treated (a comment says what the
+//! commands wanted).
 
 use std::io::Write;
 

@@ -207,8 +207,8 @@ pub(crate) fn full_turns(arc: &ArcMotion) -> u32 {
     ((arc.sweep / TAU - TURNS).ceil() - 1.0).clamp(0.0, MOST_TURNS) as u32
 }
 
-/// The radius with its sign (negative beyond a half turn), where an arc is well said by it: near a half turn and a full one
-/// the center would follow from it only roughly.
+/// The radius with its sign (negative beyond a half turn), where an arc is well said by it: near a half turn
+/// and a full one the center would follow from it only roughly.
 pub(crate) fn radius_word(arc: &ArcMotion, settings: &PostSettings) -> Option<f64> {
     const CLEAR_OF: f64 = 0.35;
     let half = TAU / 2.0;

@@ -1,8 +1,9 @@
-//! Klartext for a Heidenhain TNC: `L`, `LN` with tool vectors, `CC` and `C`, helices as `CP`, M128 or FUNCTION TCPM, tilted
-//! planes as PLANE SPATIAL.
+//! Klartext for a Heidenhain TNC: `L`, `LN` with tool vectors, `CC` and `C`, helices as `CP`, M128 or
+//! FUNCTION TCPM, tilted planes as PLANE SPATIAL.
 //!
-//! Shifts are datum shifts (cycle 7). Under turns about Z, mirrors and scales the coordinates are those of the datum, which
-//! is the same motion. The length of a tool comes with its call; switching it off cannot be said.
+//! Shifts are datum shifts (cycle 7). Under turns about Z, mirrors and scales the coordinates are those of
+//! the datum, which is the same motion. The length of a tool comes with its call; switching it off cannot be
+//! said.
 
 use std::f64::consts::TAU;
 use std::io::Write;

@@ -1,8 +1,8 @@
 //! ISO text for Fanuc (G43.4, G43.5, G68.2), Haas (G234) and `LinuxCNC`.
 //!
-//! Coordinates are those of the active frame where it shifts (G52) or, on Fanuc, tilts (G68.2, G53.1). Under turns about Z,
-//! mirrors and scales they are written as those of the work offset, which is the same motion without words that half of
-//! the controls lack. Motions are in [`super::iso_motion`].
+//! Coordinates are those of the active frame where it shifts (G52) or, on Fanuc, tilts (G68.2, G53.1). Under
+//! turns about Z, mirrors and scales they are written as those of the work offset, which is the same motion
+//! without words that half of the controls lack. Motions are in [`super::iso_motion`].
 
 use std::io::Write;
 
@@ -342,7 +342,8 @@ impl<W: Write> IsoPost<W> {
     /// G68.2: origin, and Euler angles about Z, the new X, the newest Z.
     fn tilt(&mut self) -> Result<(), Unpostable> {
         let m = self.frames.above.linear;
-        // R = Rz(a) Rx(b) Rz(c): the third column is (sin a sin b, -cos a sin b, cos b), the third row (.., sin b cos c, cos b).
+        // R = Rz(a) Rx(b) Rz(c): the third column is (sin a sin b, -cos a sin b, cos b), the third row (..,
+        // sin b cos c, cos b).
         let b = m[0][2].hypot(m[1][2]).atan2(m[2][2]);
         let (a, c) = (m[0][2].atan2(-m[1][2]), m[2][0].atan2(m[2][1]));
         let t = self.frames.above.translation.map(|v| self.out.length(v));

@@ -1,7 +1,7 @@
 //! Posts: canonical commands to program text.
 //!
-//! A post writes what the commands say and nothing else. Reading the text gives the same motions within the decimals that
-//! were written; a frame may come back as several commands that end in the same transform.
+//! A post writes what the commands say and nothing else. Reading the text gives the same motions within the
+//! decimals that were written; a frame may come back as several commands that end in the same transform.
 
 mod apt;
 mod format;
@@ -95,8 +95,8 @@ fn tell_coolant(
     Ok(())
 }
 
-/// Refuses a motion of which a programmed axis has no value as it would be written. Axes without a word stay where the machine has
-/// them on every control.
+/// Refuses a motion of which a programmed axis has no value as it would be written. Axes without a word stay
+/// where the machine has them on every control.
 fn must_be_known(motion: &Motion, value: impl Fn(usize) -> Option<f64>) -> Result<(), Unpostable> {
     let lost = (0..9).any(|axis| motion.programmed >> axis & 1 == 1 && value(axis).is_none());
     if lost {
@@ -183,7 +183,8 @@ pub struct PostSettings {
     pub vector_decimals: usize,
     /// Decimals of feed values.
     pub feed_decimals: usize,
-    /// A whole number of a length, angle or feed ends in a decimal point (`X10.`): many ISO controls read `X10` as 0.010 mm.
+    /// A whole number of a length, angle or feed ends in a decimal point (`X10.`): many ISO controls read
+    /// `X10` as 0.010 mm.
     pub decimal_point: bool,
     /// All decimals are written (`X10.000`).
     pub trailing_zeros: bool,
@@ -209,8 +210,8 @@ pub struct PostSettings {
 }
 
 impl Default for PostSettings {
-    /// 3 decimals for lengths and angles of axes as shop programs have, 5 for centers, 6 for vectors, no block numbers, mm,
-    /// no offsets.
+    /// 3 decimals for lengths and angles of axes as shop programs have, 5 for centers, 6 for vectors, no
+    /// block numbers, mm, no offsets.
     fn default() -> Self {
         Self {
             length_decimals: 3,

@@ -284,7 +284,8 @@ impl<W: Write> SiemensPost<W> {
                 if falls_together {
                     return None;
                 }
-                // The point half way, turned back from the end about the normal (Rodrigues, normal and radius are square).
+                // The point half way, turned back from the end about the normal (Rodrigues, normal and radius
+                // are square).
                 let out = frame::sub(end, arc.center);
                 let (s, c) = (-0.5 * within).sin_cos();
                 let across = frame::cross(arc.normal, out);

@@ -1,7 +1,8 @@
-//! A written program against the commands that it was written from: read again, it moves the same within the decimals of its format.
+//! A written program against the commands that it was written from: read again, it moves the same within the
+//! decimals of its format.
 //!
-//! Both run side by side, motion by motion, so that nothing is kept. Compared are ends in base coordinates, arcs, feeds, dwells,
-//! threads, the tool, the spindle and cutter compensation, as they hold at each motion.
+//! Both run side by side, motion by motion, so that nothing is kept. Compared are ends in base coordinates,
+//! arcs, feeds, dwells, threads, the tool, the spindle and cutter compensation, as they hold at each motion.
 
 use std::f64::consts::TAU;
 

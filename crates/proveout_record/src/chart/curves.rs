@@ -150,8 +150,8 @@ fn line(out: &mut String, class: &str, points: &[[f64; 2]], x: &impl Fn(f64) -> 
     out.push_str(r#""/>"#);
 }
 
-/// Points in the range; where there are more than three a column, the first, smallest, largest and last of each column, so
-/// that no peak is lost.
+/// Points in the range; where there are more than three a column, the first, smallest, largest and last of
+/// each column, so that no peak is lost.
 fn thinned(points: &[[f64; 2]], [low, high]: [f64; 2], columns: usize) -> Vec<[f64; 2]> {
     let inside: Vec<[f64; 2]> =
         points.iter().filter(|p| !p[0].is_finite() || p[0] >= low && p[0] <= high).copied().collect();

@@ -10,7 +10,8 @@ pub(crate) struct Bar {
     pub(crate) color: String,
 }
 
-/// Bars side by side with their largest share as scale; `marks` are values at the left end, in the middle and at the right end.
+/// Bars side by side with their largest share as scale; `marks` are values at the left end, in the middle and
+/// at the right end.
 pub(crate) fn histogram(bars: &[Bar], marks: [&str; 3], label: &str) -> String {
     const HEIGHT: f64 = 120.0;
     // Keeps the heights of empty bars numbers.

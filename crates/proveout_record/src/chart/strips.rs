@@ -77,8 +77,8 @@ fn draw_strip(
         centered(out, [(LEFT + width) / 2.0, (top + bottom) / 2.0 + 4.0], "not recorded");
         return;
     }
-    // A limit is shown when it is no farther from the signal than half the signal's span; a far one would press the signal
-    // flat. A signal to both sides of zero thus shows limits that it uses by half.
+    // A limit is shown when it is no farther from the signal than half the signal's span; a far one would
+    // press the signal flat. A signal to both sides of zero thus shows limits that it uses by half.
     let near = 0.5 * (high - low);
     let is_near = |l: &f64, k: usize| l.is_finite() && if k == 0 { low - l <= near } else { l - high <= near };
     let limits: Vec<f64> = (0..2).filter_map(|k| strip.limits[k].filter(|l| is_near(l, k))).collect();

@@ -73,7 +73,8 @@ fn line(out: &mut String, [x1, y1, x2, y2]: [f64; 4], stroke: &str, more: &str) 
 /// A program with what it saves at the limits of a joint.
 type Gains<'a> = (&'a String, Vec<&'a GainAtLimit>);
 
-/// Time that programs save over the velocity limit of a joint, by feed and this limit alone; none where no limit binds anything.
+/// Time that programs save over the velocity limit of a joint, by feed and this limit alone; none where no
+/// limit binds anything.
 pub(super) fn gain_drawing(c: &Comparison) -> Option<String> {
     // One panel for each joint and original program: only schedules of the same program can be compared.
     let mut panels: BTreeMap<(String, String), Vec<Gains<'_>>> = BTreeMap::new();
@@ -136,7 +137,8 @@ fn panel(out: &mut String, (joint, from): (&str, &str), programs: &[Gains<'_>], 
     }
     text(out, [0.5 * (left + right), base + 33.0], "middle", INK, &format!("velocity limit of {joint}, deg/s"));
     line(out, [left, base, right, base], SOFT, "");
-    // Limits: where they come from is the same for all programs of the panel but for what each program before needs, which is one.
+    // Limits: where they come from is the same for all programs of the panel but for what each program before
+    // needs, which is one.
     let mut told = Vec::new();
     for (is, words, dash) in [
         (VelocityLimit::InForce, "in force", ""),

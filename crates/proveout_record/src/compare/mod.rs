@@ -81,7 +81,8 @@ impl Observer for TraceObserver {
     }
 }
 
-/// Writes `compare.json`, `compare.html` and the drawings that there is something for; `traces` are those of the programs in the order of the scene.
+/// Writes `compare.json`, `compare.html` and the drawings that there is something for; `traces` are those of
+/// the programs in the order of the scene.
 ///
 /// # Errors
 /// [`RecordError::Io`] with the path, or [`RecordError::Page`].

@@ -26,8 +26,8 @@ const MAPS: &str = include_str!("../../templates/maps.js");
 const WIDTH: f64 = 1080.0;
 /// Size of a chart in which a degree is as long across as up: its frame, with the margins of names and numbers.
 const SQUARE: [f64; 2] = [536.0, 569.2];
-/// A held joint trembles by the rounding of corners and by the decimals of the text: less is no motion that was asked for, mm/s or
-/// degrees/s.
+/// A held joint trembles by the rounding of corners and by the decimals of the text: less is no motion that
+/// was asked for, mm/s or degrees/s.
 const ASKED_FOR: f64 = 1e-3;
 
 #[derive(Serialize)]

@@ -1,5 +1,5 @@
-//! The cut part of a comparison as the page shows it: the judged surface and what lies round it, with one set of colors a
-//! program and one a difference.
+//! The cut part of a comparison as the page shows it: the judged surface and what lies round it, with one set
+//! of colors a program and one a difference.
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 use proveout_sim::compare::PartPicture;

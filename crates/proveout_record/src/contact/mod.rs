@@ -7,9 +7,10 @@
 //!   +----------------+ +----------------+   a cross marks the place of the finding
 //! ```
 //!
-//! One picture for each pair of bodies and code, of the first finding in time. Joints are those of the finding; where a part of a tool is
-//! swept through the stock, they are those within its piece of motion at which that part is nearest to the place. The stock is shown as it
-//! was at the end of the stretch of motion in which the finding was raised.
+//! One picture for each pair of bodies and code, of the first finding in time. Joints are those of the
+//! finding; where a part of a tool is swept through the stock, they are those within its piece of motion at
+//! which that part is nearest to the place. The stock is shown as it was at the end of the stretch of motion
+//! in which the finding was raised.
 
 pub(crate) mod raster;
 

@@ -1,4 +1,5 @@
-//! Triangles as a shaded picture: parallel projection with a depth for each point, two bodies in color and everything else in gray.
+//! Triangles as a shaded picture: parallel projection with a depth for each point, two bodies in color and
+//! everything else in gray.
 //!
 //! A gray body never hides a colored one: in front of it, it is drawn as glass, so that a contact inside a
 //! door or between two walls is visible. If one colored body hides the other, as stock around a shank does,

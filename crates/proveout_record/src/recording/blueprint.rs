@@ -61,8 +61,9 @@ pub(crate) struct Layout<'a> {
     pub(crate) schedule: Option<&'a ScheduleViews>,
 }
 
-/// Sends the layout: machine and workpiece in three dimensions, plots of the process and of each axis, findings as text, time panel on simulated time. A
-/// recording of a re-scheduled program opens at its schedule, a viewer that is fed at the run.
+/// Sends the layout: machine and workpiece in three dimensions, plots of the process and of each axis,
+/// findings as text, time panel on simulated time. A recording of a re-scheduled program opens at its
+/// schedule, a viewer that is fed at the run.
 ///
 /// The builder of views has no camera, background and grid; they are logged into the same blueprint store as the
 /// entities `EyeControls3D`, `Background` and `LineGrid3D` of each view, which is where the viewer looks for them.
@@ -155,7 +156,8 @@ pub(crate) fn send(sink: &Sink, layout: &Layout<'_>) -> Result<(), RecordError> 
     Ok(())
 }
 
-/// Tool axes on their sphere and on the part; each joint within its channel, with velocity and acceleration; what the method shows; the numbers.
+/// Tool axes on their sphere and on the part; each joint within its channel, with velocity and acceleration;
+/// what the method shows; the numbers.
 fn schedule_page(views: &ScheduleViews, work: &Aabb, eyes: &mut Vec<Eye>) -> ContainerLike {
     let sphere: ContainerLike =
         Spatial3DView::new("Tool axes on a unit sphere, workpiece frame").with_origin("/schedule/sphere").into();

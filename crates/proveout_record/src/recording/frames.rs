@@ -8,8 +8,8 @@ const FRAMES: usize = 32;
 const FIRST_SPACING: f64 = 0.5;
 /// Frames at equal spacing up to the end that is expected.
 const TO_THE_END: f64 = 24.0;
-/// Part of the time that has passed which the spacing never exceeds: an end that is expected far too late costs frames of the first
-/// seconds alone.
+/// Part of the time that has passed which the spacing never exceeds: an end that is expected far too late
+/// costs frames of the first seconds alone.
 const OF_THE_PAST: f64 = 0.25;
 
 /// The parts that changed up to a time.
@@ -22,10 +22,12 @@ pub(crate) struct RecordingFrame<T> {
     pub(crate) parts: BTreeMap<u32, T>,
 }
 
-/// Collects frames of a run whose length is not known: thirty to fifty of them, plus the kept ones. A frame that is left out is never made, as far
-/// as the end is foreseen ([`FrameCollector::expect`]); where it comes later, frames are joined, and no more than 64 stay.
+/// Collects frames of a run whose length is not known: thirty to fifty of them, plus the kept ones. A frame
+/// that is left out is never made, as far as the end is foreseen ([`FrameCollector::expect`]); where it comes
+/// later, frames are joined, and no more than 64 stay.
 ///
-/// Joining loses no state: a part that changed in the joined frame and not in its successor looks the same at both times.
+/// Joining loses no state: a part that changed in the joined frame and not in its successor looks the same at
+/// both times.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameCollector<T> {
     spacing: f64,

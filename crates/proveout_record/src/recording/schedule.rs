@@ -264,7 +264,8 @@ fn plain(name: &str) -> String {
     parts.collect::<Vec<_>>().join("_")
 }
 
-/// Axes of both programs as ways on the unit sphere of the workpiece frame, with what belongs to the time of the viewer; from where to look at it, and where.
+/// Axes of both programs as ways on the unit sphere of the workpiece frame, with what belongs to the time of
+/// the viewer; from where to look at it, and where.
 fn sphere(
     sink: &Sink,
     schedule: &Schedule,

@@ -41,8 +41,9 @@ impl Spacing {
 
 /// Picks the samples whose joint positions are shown.
 ///
-/// A sample is taken when the joints have moved since the one taken before and the spacing has passed. A viewer shows the
-/// newest pose at or before its time, so that standstill needs no rows, and what it shows is never older than one spacing.
+/// A sample is taken when the joints have moved since the one taken before and the spacing has passed. A
+/// viewer shows the newest pose at or before its time, so that standstill needs no rows, and what it shows is
+/// never older than one spacing.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct MotionThinner {
     last: Option<(f64, JointValues)>,
@@ -63,8 +64,9 @@ impl MotionThinner {
     }
 }
 
-/// Thins a signal to its smallest and largest sample in each stretch, at their own times: no peak is lost, and every
-/// row is a sample of the run. Stretches without a change give few rows, which repeat their value up to the next change.
+/// Thins a signal to its smallest and largest sample in each stretch, at their own times: no peak is lost,
+/// and every row is a sample of the run. Stretches without a change give few rows, which repeat their value
+/// up to the next change.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SignalThinner {
     begin: f64,
@@ -84,8 +86,8 @@ impl SignalThinner {
         if let Some(newest) = self.newest
             && time - newest.0 > 4.0 * self.spacing.seconds
         {
-            // A standstill has no samples between its first and its last: the signal holds its last value, which need not
-            // be the smallest or largest of its stretch.
+            // A standstill has no samples between its first and its last: the signal holds its last value,
+            // which need not be the smallest or largest of its stretch.
             self.flush(rows);
             self.keep(newest, rows);
             self.begin = time;
@@ -130,8 +132,8 @@ impl SignalThinner {
 
     /// Holds the value that was written last up to the next row, where that comes after a constant stretch.
     ///
-    /// A viewer draws many rows as one pixel, smallest first, and so would slope over the whole stretch: repeated values bind
-    /// the slope to their distance.
+    /// A viewer draws many rows as one pixel, smallest first, and so would slope over the whole stretch:
+    /// repeated values bind the slope to their distance.
     fn hold(&mut self, next: (f64, f64), rows: &mut Vec<(f64, f64)>) {
         let Some((t, v)) = self.written else { return };
         let gap = next.0 - t;

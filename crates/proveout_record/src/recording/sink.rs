@@ -129,8 +129,9 @@ impl Sink {
         self.log(path, time, &mesh)
     }
 
-    /// Meshes of one entity over time, each in the place of the one before; one without triangles leaves the entity empty. All of them are one
-    /// piece of the recording: a piece costs as much as a thousand triangles.
+    /// Meshes of one entity over time, each in the place of the one before; one without triangles leaves the
+    /// entity empty. All of them are one piece of the recording: a piece costs as much as a thousand
+    /// triangles.
     pub(crate) fn meshes(&self, path: EntityPath, rows: &[(f64, Picture)], plain: Rgba) -> Result<(), RecordError> {
         let shown = || rows.iter().map(|(_, picture)| picture);
         let lengths = |of: fn(&Picture) -> usize| -> Vec<usize> {

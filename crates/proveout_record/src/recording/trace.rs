@@ -17,8 +17,8 @@ pub(crate) const REACHED: [f64; 5] = [0.95, 0.8, 0.6, 0.4, 0.2];
 /// Shortest time in one class before the next may begin, s: what is shorter is less than a pixel at any useful zoom.
 const IN_CLASS: f64 = 0.02;
 
-/// Class of a motion by the feed that it reached over that which is programmed: 0 for 95 percent and more, 5 below 20. Without a
-/// programmed feed nothing is missed.
+/// Class of a motion by the feed that it reached over that which is programmed: 0 for 95 percent and more, 5
+/// below 20. Without a programmed feed nothing is missed.
 pub(crate) fn class_of(reached: f64, programmed: f64) -> usize {
     if programmed > 0.0 { REACHED.iter().filter(|r| reached < *r * programmed).count() } else { 0 }
 }
@@ -65,7 +65,8 @@ impl Default for Trace {
 }
 
 impl Trace {
-    /// Adds a straight piece from one time and point to another; a gap, another kind of motion or another class begins a new line.
+    /// Adds a straight piece from one time and point to another; a gap, another kind of motion or another
+    /// class begins a new line.
     pub(crate) fn push(&mut self, kind: MoveKind, class: usize, times: [f64; 2], from: Point, to: Point) {
         if !from.iter().chain(to.iter()).all(|v| v.is_finite()) {
             return;
@@ -88,8 +89,9 @@ impl Trace {
         self.held.push((times[1], to));
     }
 
-    /// True where the line to a point stays near all points that are held. What turns the line by an angle takes each of them no farther off
-    /// it than their distance from the anchor has it, so that points on a straight way are not looked at again.
+    /// True where the line to a point stays near all points that are held. What turns the line by an angle
+    /// takes each of them no farther off it than their distance from the anchor has it, so that points on a
+    /// straight way are not looked at again.
     fn holds(&mut self, to: &Point) -> bool {
         let Some((_, last)) = self.held.last() else { return true };
         let (old, new) = (last - self.anchor, to - self.anchor);
@@ -205,7 +207,8 @@ mod tests {
         let classes = [1.0, 0.95, 0.94, 0.7, 0.5, 0.3, 0.1].map(|share| class_of(share * 8.0, 8.0));
         assert_eq!(classes, [0, 0, 1, 2, 3, 4, 5]);
         assert_eq!((class_of(3.0, 0.0), class_of(0.0, 5.0)), (0, 5));
-        // 5 ms a piece: a corner of 25 ms in class 3 is a line of its own; one of 5 ms in class 5 is shown as long as a line may be short.
+        // 5 ms a piece: a corner of 25 ms in class 3 is a line of its own; one of 5 ms in class 5 is shown as
+        // long as a line may be short.
         let class = |i: i32| match i {
             10..15 => 3,
             30 => 5,

@@ -69,7 +69,8 @@ impl Signal {
         Self { parts: parts.map(str::to_owned), thinner: SignalThinner::default(), rows: Vec::new(), range }
     }
 
-    /// True when the bound is no farther from the signal than half the signal's span: a far one would press the plot flat.
+    /// True when the bound is no farther from the signal than half the signal's span: a far one would press
+    /// the plot flat.
     pub(crate) fn comes_near(&self, bound: f64) -> bool {
         let [low, high] = self.range;
         low - bound <= 0.5 * (high - low) && bound - high <= 0.5 * (high - low)

@@ -195,8 +195,8 @@ fn remedy(code: &str) -> &'static str {
     }
 }
 
-/// Groups by code: errors, then warnings, then notes; within a weight in order of first time, near misses last, since all that hits comes near
-/// before. Within a code one entry a cause.
+/// Groups by code: errors, then warnings, then notes; within a weight in order of first time, near misses
+/// last, since all that hits comes near before. Within a code one entry a cause.
 pub(crate) fn groups(told: &FindingData<'_>) -> Vec<FindingGroup> {
     let findings = told.findings;
     let marked: Vec<String> = marks(findings).into_iter().map(|m| m.id).collect();

@@ -4,8 +4,8 @@ use crate::{color::LEAST_FLOOR_MM, deviation_classes::Classes};
 
 /// Share of the points of a side that its scale holds; above it are outliers.
 const SHARE: f64 = 0.99;
-/// Tolerances up to which the scale of a side reaches at first: what is far out of tolerance has one color, so that a clamping stub or a
-/// design in another unit does not make everything else look alike.
+/// Tolerances up to which the scale of a side reaches at first: what is far out of tolerance has one color,
+/// so that a clamping stub or a design in another unit does not make everything else look alike.
 const TOLERANCES: f64 = 20.0;
 /// A value may be above a number of two digits by this part of the second and still be rounded to it: rounding.
 const ROUNDING: f64 = 1e-9;

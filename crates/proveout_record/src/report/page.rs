@@ -180,7 +180,8 @@ fn packed(page: &Page<'_>) -> String {
     deflated(&pack_mesh(picture, shades, &lines))
 }
 
-/// Files with their lines as JSON, compressed: name, number before the first line, count, numbers and texts of the lines that are here.
+/// Files with their lines as JSON, compressed: name, number before the first line, count, numbers and texts
+/// of the lines that are here.
 fn listing(page: &Page<'_>) -> String {
     let program = page.program;
     let file = |(name, base): &(String, u32)| {

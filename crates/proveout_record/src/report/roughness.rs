@@ -1,4 +1,5 @@
-//! Roughness maps on the page: a picture a patch with its color bar, the profile at a clicked place, and the parameters.
+//! Roughness maps on the page: a picture a patch with its color bar, the profile at a clicked place, and the
+//! parameters.
 
 use proveout_sim::verdict::TextureUsed;
 use serde::Serialize;

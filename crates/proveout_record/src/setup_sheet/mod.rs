@@ -199,7 +199,8 @@ impl SetupSheetObserver {
     }
 }
 
-/// The verdict in a word, and the gates that keep it from being a pass: a sheet of a run that failed must not look like one for the machine.
+/// The verdict in a word, and the gates that keep it from being a pass: a sheet of a run that failed must not
+/// look like one for the machine.
 fn verdict_of(v: &Verdict) -> (&'static str, String) {
     let named = |state: State| {
         let gates = v.gates.iter().filter(|g| g.state == state).map(|g| g.name.as_str());

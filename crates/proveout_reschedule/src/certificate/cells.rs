@@ -1,17 +1,21 @@
-//! A bound for schedules with both angles of the tool axis free: dynamic programming over cells of the two rotary joints.
+//! A bound for schedules with both angles of the tool axis free: dynamic programming over cells of the two
+//! rotary joints.
 //!
-//! *What is bound.* The tool axis at gate i lies within an angle `radius_i` of a direction `a_i` (a cap). The two rotary joints bring it there; the inner
-//! one carries the tool axis `zero`, the outer one turns both:
+//! *What is bound.* The tool axis at gate i lies within an angle `radius_i` of a direction `a_i` (a cap). The
+//! two rotary joints bring it there; the inner one carries the tool axis `zero`, the outer one turns both:
 //!
 //! ```text
 //!   axis(p, q) = turn(outer, q) turn(inner, p) zero
 //! ```
 //!
-//! *Cells.* The plane of both joints is cut into cells of equal size, the outer joint taken as a circle: whole turns of it, and its travel, do not count,
-//! which only lowers the bound. A cell belongs to a gate if its middle is nearer to `a_i` than `radius_i` and what the axis can be off in the cell: the
-//! half of its height, and the half of its width times the sine of the angle to the outer axis. So no axis of the cap is left out.
+//! *Cells.* The plane of both joints is cut into cells of equal size, the outer joint taken as a circle:
+//! whole turns of it, and its travel, do not count, which only lowers the bound. A cell belongs to a gate if
+//! its middle is nearer to `a_i` than `radius_i` and what the axis can be off in the cell: the half of its
+//! height, and the half of its width times the sine of the angle to the outer axis. So no axis of the cap is
+//! left out.
 //!
-//! *Potentials.* Stations are some of the gates, the first and the last among them. From a cell to another of the next station
+//! *Potentials.* Stations are some of the gates, the first and the last among them. From a cell to another of
+//! the next station
 //!
 //! ```text
 //!   cost = max(what the feed proves between both stations, smallest way of each joint between the cells / its velocity)
@@ -88,13 +92,15 @@ pub struct CellBound {
     pub cells: Vec<Vec<([usize; 2], f64)>>,
     /// The bound, s.
     pub time: f64,
-    /// A schedule of the relaxation through middles of cells takes this, s; none where a station has no middle in its cap.
+    /// A schedule of the relaxation through middles of cells takes this, s; none where a station has no
+    /// middle in its cap.
     pub reached: Option<f64>,
 }
 
 /// Cells of a station above which finer ones are not tried.
 const MOST_CELLS: usize = 1200;
-/// Sizes of cells that are tried, the coarsest first: height as part of the caps' angle, and number of cells of a turn of the outer joint.
+/// Sizes of cells that are tried, the coarsest first: height as part of the caps' angle, and number of cells
+/// of a turn of the outer joint.
 const SIZES: [(f64, usize); 6] = [(1.0, 45), (0.5, 90), (0.25, 180), (0.125, 360), (0.25, 360), (0.125, 720)];
 /// Strides of stations that are tried.
 const STRIDES: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];
@@ -115,7 +121,8 @@ impl JointGrid<'_> {
         [self.pair.travel[0] + (j as f64 + 0.5) * self.size[0], (k as f64 + 0.5) * self.size[1]]
     }
 
-    /// Cells that reach into the cap of a gate; with `middles` those whose middle lies in it. None where there are too many.
+    /// Cells that reach into the cap of a gate; with `middles` those whose middle lies in it. None where
+    /// there are too many.
     fn cells(&self, gate: usize, middles: bool) -> Option<Vec<[usize; 2]>> {
         let middle = &self.caps.middles[gate];
         let mut cells = Vec::new();
@@ -257,7 +264,8 @@ mod tests {
         assert!((found.time - 0.4).abs() < 1e-9, "{}", found.time);
     }
 
-    /// Random rows of axes, each inside of random caps: the time by feed and velocity of the row itself is never below the bound.
+    /// Random rows of axes, each inside of random caps: the time by feed and velocity of the row itself is
+    /// never below the bound.
     #[test]
     fn no_row_of_axes_is_below_the_bound_and_wider_caps_and_faster_joints_do_not_raise_it() {
         let mut random = Random(11);

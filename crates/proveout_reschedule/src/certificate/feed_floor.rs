@@ -1,31 +1,37 @@
 //! What a programmed feed proves of the time of blocks, whatever a control makes of their corners.
 //!
-//! *What is known.* Block i leads the tip (without tool center point control the linear joints) from `p_i` to `p_i+1`, as far as `L_i`, and is given the
-//! time `t_i`: on the way that is run the tip makes no more than `L_i / t_i` mm a second. At the border of two blocks the tip is within e of
-//! `p_i`; in between it may go as it likes. With `d_i` the direction of the block and `u_i = d_i t_i / L_i`, every way y takes in block i
+//! *What is known.* Block i leads the tip (without tool center point control the linear joints) from `p_i` to
+//! `p_i+1`, as far as `L_i`, and is given the time `t_i`: on the way that is run the tip makes no more than
+//! `L_i / t_i` mm a second. At the border of two blocks the tip is within e of `p_i`; in between it may go as
+//! it likes. With `d_i` the direction of the block and `u_i = d_i t_i / L_i`, every way y takes in block i
 //!
 //! ```text
 //!   T_i  >=  |y_i+1 - y_i| t_i / L_i  >=  u_i . (y_i+1 - y_i)            since |u_i| = t_i / L_i
 //! ```
 //!
-//! Put `y_i = p_i + o_i` with `|o_i| <= e` and sum from gate a to gate b; of the borders inside only the bend of u is left:
+//! Put `y_i = p_i + o_i` with `|o_i| <= e` and sum from gate a to gate b; of the borders inside only the bend
+//! of u is left:
 //!
 //! ```text
 //!   sum T_i  >=  sum t_i - e sum |u_i - u_i-1| - e |u_a| - e |u_b-1|
 //!                          inside a .. b       at both ends
 //! ```
 //!
-//! So a corner of angle g at the feed F costs at most `2 e sin(g/2) / F`, and a curve `e / F` for a radian, however many blocks it has: what a
-//! single block may lose, `2 e / L_i` of its time, its neighbors have. This is the dual of the shortest way through balls of radius e about the
-//! points, with the directions of the blocks for the dual variables.
+//! So a corner of angle g at the feed F costs at most `2 e sin(g/2) / F`, and a curve `e / F` for a radian,
+//! however many blocks it has: what a single block may lose, `2 e / L_i` of its time, its neighbors have.
+//! This is the dual of the shortest way through balls of radius e about the points, with the directions of
+//! the blocks for the dual variables.
 //!
-//! *Per block.* Half of a bend is taken from each side of it: `least_i = t_i - (k_i + k_i+1) / 2` with `k_i = e |u_i - u_i-1|`, zero at the ends. A
-//! window from gate to gate then takes at least the sum of `least` less `seam = e |u| - k / 2` at either end, with the larger `|u|` of both sides.
-//! A single block is a window as well.
+//! *Per block.* Half of a bend is taken from each side of it: `least_i = t_i - (k_i + k_i+1) / 2` with `k_i =
+//! e |u_i - u_i-1|`, zero at the ends. A window from gate to gate then takes at least the sum of `least` less
+//! `seam = e |u| - k / 2` at either end, with the larger `|u|` of both sides. A single block is a window as
+//! well.
 //!
-//! *Several ways.* Schedules of one channel have different ways of the tip. Of several the largest bend and the largest `|u|` are taken at each
-//! border: the floor is about every schedule that bends no more there, and whose blocks are no shorter for their time. That is a condition, not a
-//! theorem: a schedule whose axes go to and fro from block to block zigzags with its tip, its feed is that of the zigzag, and rounding cuts it short.
+//! *Several ways.* Schedules of one channel have different ways of the tip. Of several the largest bend and
+//! the largest `|u|` are taken at each border: the floor is about every schedule that bends no more there,
+//! and whose blocks are no shorter for their time. That is a condition, not a theorem: a schedule whose axes
+//! go to and fro from block to block zigzags with its tip, its feed is that of the zigzag, and rounding cuts
+//! it short.
 
 use proveout_geom::Point;
 
@@ -39,8 +45,9 @@ pub struct FeedFloor {
 }
 
 impl FeedFloor {
-    /// The floor of blocks with times (s) from the ways of the tip in some schedules, each with a point (mm) more than there are blocks; the control leaves
-    /// points by at most `off` (mm) and passes the feed by a part.
+    /// The floor of blocks with times (s) from the ways of the tip in some schedules, each with a point (mm)
+    /// more than there are blocks; the control leaves points by at most `off` (mm) and passes the feed by a
+    /// part.
     ///
     /// # Errors
     /// The first block that is too short compared with the rounding: nothing is left of its time.

@@ -1,14 +1,17 @@
-//! The least peak of acceleration or jerk that a joint needs for a channel at programmed times: a linear program with its dual.
+//! The least peak of acceleration or jerk that a joint needs for a channel at programmed times: a linear
+//! program with its dual.
 //!
-//! *Primal.* A joint passes gate i at the time `t_i`. Divided differences of its positions are means of its derivatives: with nodes `t_i .. t_i+m`
+//! *Primal.* A joint passes gate i at the time `t_i`. Divided differences of its positions are means of its
+//! derivatives: with nodes `t_i .. t_i+m`
 //!
 //! ```text
 //!   D_i q = m! sum_k q_i+k / prod_(l != k) (t_i+k - t_i+l)  =  integral of q^(m) B_i,    B_i >= 0, integral of B_i = 1      (Peano kernel)
 //! ```
 //!
-//! so that *every* motion with `|q^(m)| <= z` has `|D_i q| <= z`, whatever it does between the gates. The least z of `|D_i q| <= z`, with q in the gates
-//! and each step `q_i+1 - q_i` between `a_i` and `b_i` (the velocity limit; zero on one side where the joint must not turn back) is therefore a bound for
-//! all motions in the channel at these times.
+//! so that *every* motion with `|q^(m)| <= z` has `|D_i q| <= z`, whatever it does between the gates. The
+//! least z of `|D_i q| <= z`, with q in the gates and each step `q_i+1 - q_i` between `a_i` and `b_i` (the
+//! velocity limit; zero on one side where the joint must not turn back) is therefore a bound for all motions
+//! in the channel at these times.
 //!
 //! *Dual.* For any weights w with `sum |w_i| <= 1` and any pushes p
 //!
@@ -17,8 +20,8 @@
 //!      >=  C - P                                                                           C = sum of c_g low_g where c_g > 0, c_g high_g where not
 //! ```
 //!
-//! Nothing has to be believed of a solver: whatever w and p it gives, the last line is a bound. That is what is written out, and what
-//! `cargo xtask verify-schedule` counts again.
+//! Nothing has to be believed of a solver: whatever w and p it gives, the last line is a bound. That is what
+//! is written out, and what `cargo xtask verify-schedule` counts again.
 //!
 //! Solved by the interior-point method of `smooth/corridor_program.rs`, in time that grows with the blocks.
 
@@ -68,8 +71,9 @@ fn peak(times: &[f64], positions: &[f64], order: usize) -> f64 {
 }
 
 impl LeastPeak {
-    /// The least peak of a derivative (2 or 3) over blocks of these times (s) in gates, one more, with steps between these velocities. `start` is any
-    /// row of positions. None where the gates are open or empty, there are too few, or none was found: no motion passes at these times, mostly.
+    /// The least peak of a derivative (2 or 3) over blocks of these times (s) in gates, one more, with steps
+    /// between these velocities. `start` is any row of positions. None where the gates are open or empty,
+    /// there are too few, or none was found: no motion passes at these times, mostly.
     pub fn new(least: &[f64], gates: &[[f64; 2]], order: usize, velocity: [f64; 2], start: &[f64]) -> Option<Self> {
         let n = gates.len();
         let sound = |t: &f64| t.is_finite() && *t > 0.0;
@@ -197,8 +201,8 @@ mod tests {
         }
     }
 
-    /// Motions of waves in channels round them, at times that are even or not: no peak of a motion is below what is proved for its channel, and
-    /// primal and dual meet.
+    /// Motions of waves in channels round them, at times that are even or not: no peak of a motion is below
+    /// what is proved for its channel, and primal and dual meet.
     #[test]
     fn no_motion_in_a_channel_has_less_and_the_dual_meets_the_primal() {
         let mut random = Random(71);

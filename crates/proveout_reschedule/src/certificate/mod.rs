@@ -1,9 +1,10 @@
 //! How far a schedule is from the best one: a lower bound of the time of *every* schedule in a channel.
 //!
-//! *What is bound.* A stretch of blocks; block i takes at least `least[i]`, by its programmed feed. Each joint that has a channel is
-//! within a gate `[low, high]` at every border of blocks, and keeps its limits of velocity, acceleration and jerk in between. Nothing is
-//! said of its motion between the gates, of other joints, or of how the stretch begins and ends, so that the bound holds for every
-//! schedule, feed law and control that does this.
+//! *What is bound.* A stretch of blocks; block i takes at least `least[i]`, by its programmed feed. Each
+//! joint that has a channel is within a gate `[low, high]` at every border of blocks, and keeps its limits of
+//! velocity, acceleration and jerk in between. Nothing is said of its motion between the gates, of other
+//! joints, or of how the stretch begins and ends, so that the bound holds for every schedule, feed law and
+//! control that does this.
 //!
 //! *Three proofs*, each of a window of blocks:
 //!
@@ -14,25 +15,28 @@
 //!             beyond the second, and the times from turn to turn add (`swing.rs`)
 //! ```
 //!
-//! *Feed and velocity, exactly.* The least of `sum max(least_i, |dq_i| / V)` over all positions in the gates is a linear program; its dual has an
-//! optimum of zeros and ones, which is a row of windows of feed and of travel. The best row is found gate by gate (`windows.rs`), for all joints at
-//! once. The least itself is taken on the taut string over the time of the feed with both ends free (Davies and Kovac 2001), which is steeper than V
-//! where the proof has travels. A window of feed loses a little at both of its ends, since the control may round its corners (`feed_floor.rs`).
+//! *Feed and velocity, exactly.* The least of `sum max(least_i, |dq_i| / V)` over all positions in the gates
+//! is a linear program; its dual has an optimum of zeros and ones, which is a row of windows of feed and of
+//! travel. The best row is found gate by gate (`windows.rs`), for all joints at once. The least itself is
+//! taken on the taut string over the time of the feed with both ends free (Davies and Kovac 2001), which is
+//! steeper than V where the proof has travels. A window of feed loses a little at both of its ends, since the
+//! control may round its corners (`feed_floor.rs`).
 //!
-//! *Swings.* Let the gates `g_0 < g_1 < ..` demand `q <= a_0, q >= a_1, q <= a_2, ..` with `a_0 < a_1 > a_2 < ..`. Let `e_1` be where q is
-//! largest between `g_0` and `g_2`, `e_2` where it is least between `e_1` and `g_3`, and so on. At both ends of each of these intervals q is
-//! on the other side of the demand in its inside, so that the extreme lies inside, q' is zero there, the `e_k` rise, and
-//! `|q(e_k+1) - q(e_k)| >= |a_k+1 - a_k|`. From `g_0` to `e_1` and from the last e to the last gate the joint is in motion at one
-//! end. The corners at which the taut string turns back are the gates that demand most; the times for a distance are such that a swing
-//! never takes less than one that leaves two of its gates out.
+//! *Swings.* Let the gates `g_0 < g_1 < ..` demand `q <= a_0, q >= a_1, q <= a_2, ..` with `a_0 < a_1 > a_2 <
+//! ..`. Let `e_1` be where q is largest between `g_0` and `g_2`, `e_2` where it is least between `e_1` and
+//! `g_3`, and so on. At both ends of each of these intervals q is on the other side of the demand in its
+//! inside, so that the extreme lies inside, q' is zero there, the `e_k` rise, and `|q(e_k+1) - q(e_k)| >=
+//! |a_k+1 - a_k|`. From `g_0` to `e_1` and from the last e to the last gate the joint is in motion at one
+//! end. The corners at which the taut string turns back are the gates that demand most; the times for a
+//! distance are such that a swing never takes less than one that leaves two of its gates out.
 //!
-//! *Windows.* Bounds of windows that do not overlap add. The stretch is halved again and again; each half takes the largest of its own
-//! proofs and of the sum of its halves. The windows do not depend on the channel, so that the bound never rises where a gate is
-//! widened or a limit is raised.
+//! *Windows.* Bounds of windows that do not overlap add. The stretch is halved again and again; each half
+//! takes the largest of its own proofs and of the sum of its halves. The windows do not depend on the
+//! channel, so that the bound never rises where a gate is widened or a limit is raised.
 //!
-//! *Limits.* Acceleration and jerk count only where the joint must turn back: a channel that can be followed in one sense of motion is
-//! bound by feed and velocity alone. Joints are looked at one by one; linear joints that follow the tool axis are not. Neither is the joint
-//! law of a control that does not run at its limits.
+//! *Limits.* Acceleration and jerk count only where the joint must turn back: a channel that can be followed
+//! in one sense of motion is bound by feed and velocity alone. Joints are looked at one by one; linear joints
+//! that follow the tool axis are not. Neither is the joint law of a control that does not run at its limits.
 
 mod cells;
 mod feed_floor;
@@ -58,7 +62,8 @@ pub struct JointGates {
     pub name: String,
     /// Its limits, radian and seconds (mm of a linear joint).
     pub limits: SwingLimits,
-    /// Lowest and highest position at the begin of the first block and at the end of each block; infinite where nothing is demanded.
+    /// Lowest and highest position at the begin of the first block and at the end of each block; infinite
+    /// where nothing is demanded.
     pub gates: Vec<[f64; 2]>,
 }
 
@@ -168,7 +173,8 @@ impl Schedules {
         self.certificate_within(&[])
     }
 
-    /// The bound with its proof where a window of feed loses a time (s) at the gate where it begins and at the one where it ends, as of [`FeedFloor`].
+    /// The bound with its proof where a window of feed loses a time (s) at the gate where it begins and at
+    /// the one where it ends, as of [`FeedFloor`].
     ///
     /// # Errors
     /// As [`Self::certificate`]; a time that is missing or below zero, with its gate.
@@ -263,8 +269,8 @@ impl ScheduleSearch<'_> {
         if from < to { (self.times[to] - self.times[from] - self.seam(from) - self.seam(to)).max(0.0) } else { 0.0 }
     }
 
-    /// The gate at which a string with a free end leaves its level, from one end of a window: the last gate with the limit that a
-    /// later gate contradicts. None where one level passes all gates.
+    /// The gate at which a string with a free end leaves its level, from one end of a window: the last gate
+    /// with the limit that a later gate contradicts. None where one level passes all gates.
     fn free_end(gates: impl Iterator<Item = (usize, [f64; 2])>) -> Option<Touch> {
         let (mut bottom, mut top) = ((0, f64::NEG_INFINITY), (0, f64::INFINITY));
         for (i, [low, high]) in gates {
@@ -313,7 +319,8 @@ impl ScheduleSearch<'_> {
         corners
     }
 
-    /// Feed, swings where the string turns back, feed. The swings may begin and end at any gate, where that proves more.
+    /// Feed, swings where the string turns back, feed. The swings may begin and end at any gate, where that
+    /// proves more.
     fn swings(&self, joint: usize, [from, to]: [usize; 2], string: &[Touch]) -> Option<Vec<Proof>> {
         let gates = &self.schedules.joints[joint].gates;
         let at = |(i, top): Touch| gates[i][usize::from(top)];

@@ -15,8 +15,8 @@ impl Random {
     }
 }
 
-/// Channels of all kinds: level, rising, falling, wavy, ragged; narrow to wide; some gates open, some a point; feeds of equal and
-/// of very different times; limits from none to tight.
+/// Channels of all kinds: level, rising, falling, wavy, ragged; narrow to wide; some gates open, some a
+/// point; feeds of equal and of very different times; limits from none to tight.
 pub(super) fn random_schedules(random: &mut Random) -> Schedules {
     let n = 2 + (60.0 * random.next().powi(2)) as usize;
     let least: Vec<f64> = if random.next() < 0.5 {

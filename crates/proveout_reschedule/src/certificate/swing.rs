@@ -1,21 +1,24 @@
 //! Least time of a joint for a distance between two places where it turns back.
 //!
-//! A joint that turns back has velocity zero there, and any acceleration: it passes the place with its full acceleration. Times from
-//! rest to rest, whose acceleration is zero at both ends, are longer by up to a tenth and bound nothing here.
+//! A joint that turns back has velocity zero there, and any acceleration: it passes the place with its full
+//! acceleration. Times from rest to rest, whose acceleration is zero at both ends, are longer by up to a
+//! tenth and bound nothing here.
 //!
-//! *Both ends turn back.* Let a motion take T = 2 h for the distance D > 0, v = 0 at both ends, |v| <= V, |a| <= A, |jerk| <= J. Its
-//! mean with itself run backwards, `w(t) = (v(t) + v(T - t)) / 2`, keeps the same limits and goes as far; its acceleration
-//! `b(t) = (a(t) - a(T - t)) / 2` is zero at h, so that `|b(t)| <= min(A, J |t - h|)`. Integration by parts gives
+//! *Both ends turn back.* Let a motion take T = 2 h for the distance D > 0, v = 0 at both ends, |v| <= V, |a|
+//! <= A, |jerk| <= J. Its mean with itself run backwards, `w(t) = (v(t) + v(T - t)) / 2`, keeps the same
+//! limits and goes as far; its acceleration `b(t) = (a(t) - a(T - t)) / 2` is zero at h, so that `|b(t)| <=
+//! min(A, J |t - h|)`. Integration by parts gives
 //!
 //! ```text
 //!   D = - int b(t) (t - h) dt  <=  2 int_0^h x min(A, J x) dx  =  2/3 J h^3               up to h = A/J =: tj
 //!                                                                A h^2 - A tj^2 / 3       above
 //! ```
 //!
-//! With the velocity: let w be at t < h, and rising. It stays below V up to h and comes down to b = 0 no faster than by J, so that
-//! `w + b^2 / (2 J) <= V`, and `w' <= min(A, sqrt(2 J (V - w)))`. The motion E with E(0) = 0 that keeps this as an equation reaches V at
-//! `t1` after the way `D1`; w' - E' <= 0 wherever w > E, so that w <= E, and `D <= 2 (D1 + V (h - t1))` for h >= t1. Each bound is reached,
-//! so that the least time is known exactly.
+//! With the velocity: let w be at t < h, and rising. It stays below V up to h and comes down to b = 0 no
+//! faster than by J, so that `w + b^2 / (2 J) <= V`, and `w' <= min(A, sqrt(2 J (V - w)))`. The motion E with
+//! E(0) = 0 that keeps this as an equation reaches V at `t1` after the way `D1`; w' - E' <= 0 wherever w > E,
+//! so that w <= E, and `D <= 2 (D1 + V (h - t1))` for h >= t1. Each bound is reached, so that the least time
+//! is known exactly.
 //!
 //! *One end turns back*, the other is passed in motion: `|v(t)| <= min(V, A t)`.
 
@@ -110,8 +113,8 @@ mod tests {
         }
     }
 
-    /// The extreme motion, summed in small steps: acceleration from its limit, falling by the jerk in time to meet the velocity and
-    /// the middle of the time. Gives the way in a time.
+    /// The extreme motion, summed in small steps: acceleration from its limit, falling by the jerk in time to
+    /// meet the velocity and the middle of the time. Gives the way in a time.
     fn extreme_way(l: &SwingLimits, time: f64) -> f64 {
         let (n, h) = (200_000, 0.5 * time);
         let step = h / f64::from(n);
@@ -146,7 +149,8 @@ mod tests {
         let mut random = Random(11);
         let mut nearest = f64::INFINITY;
         for _ in 0..4000 {
-            // Velocity as a sum of sines over [0, 1], sampled; every third one is a pulse, which comes near the extreme.
+            // Velocity as a sum of sines over [0, 1], sampled; every third one is a pulse, which comes near
+            // the extreme.
             let terms: Vec<f64> = (0..1 + (4.0 * random.next()) as usize).map(|_| 2.0 * random.next() - 1.0).collect();
             let omega = |k: usize| std::f64::consts::PI * (k + 1) as f64;
             let at = |t: f64, order: usize| -> f64 {
@@ -202,8 +206,8 @@ mod tests {
         let w: f64 = 3.0;
         let l = SwingLimits { velocity: w, acceleration: w * w, jerk: w.powi(3) };
         let sine = std::f64::consts::PI / w;
-        // From rest to rest the acceleration rises and falls by the jerk at both ends: for these limits the acceleration is not
-        // reached, and D = 2 J (T/4)^3 gives T.
+        // From rest to rest the acceleration rises and falls by the jerk at both ends: for these limits the
+        // acceleration is not reached, and D = 2 J (T/4)^3 gives T.
         let rest = 4.0 * (2.0 / (2.0 * l.jerk)).cbrt();
         let peak = l.jerk * 0.25 * rest;
         assert!(peak <= l.acceleration && 0.25 * rest * peak <= l.velocity, "the closed form holds");

@@ -83,7 +83,8 @@ fn windows_follow_each_other_and_prove_their_sum() {
     assert!(kinds.iter().all(|k| *k > 100), "{kinds:?}");
 }
 
-/// A motion is made first and a channel round it, so that the motion is one of the schedules: its time is never below the bound.
+/// A motion is made first and a channel round it, so that the motion is one of the schedules: its time is
+/// never below the bound.
 #[test]
 fn no_schedule_is_below_the_bound() {
     let mut random = Random(41);
@@ -252,8 +253,9 @@ fn an_empty_stretch_and_free_joints_are_bound_by_the_feed() {
     assert_eq!(open.certificate().expect("sound").bound, 2.0);
 }
 
-/// The time of feed and velocity along the taut string with free ends, a primal, and the best row of windows, its dual, are the same: two algorithms that
-/// share nothing. A thousand channels; `PROVEOUT_CHANNELS` for more.
+/// The time of feed and velocity along the taut string with free ends, a primal, and the best row of windows,
+/// its dual, are the same: two algorithms that share nothing. A thousand channels; `PROVEOUT_CHANNELS` for
+/// more.
 #[test]
 fn the_taut_string_takes_just_what_the_best_windows_prove() {
     let count = std::env::var("PROVEOUT_CHANNELS").ok().and_then(|n| n.parse().ok()).unwrap_or(1000);

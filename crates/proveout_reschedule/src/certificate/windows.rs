@@ -1,7 +1,8 @@
 //! The best row of windows of feed and travel.
 //!
-//! A travel of joint k up from gate c to gate d proves `(low_d - high_c) / V`, a part of d less a part of c. So the best row of windows that follow each
-//! other is found gate by gate, with the best open window of each kind:
+//! A travel of joint k up from gate c to gate d proves `(low_d - high_c) / V`, a part of d less a part of c.
+//! So the best row of windows that follow each other is found gate by gate, with the best open window of each
+//! kind:
 //!
 //! ```text
 //!   B_i   windows up to gate i, none open            F_i   the last one a window of feed, still open

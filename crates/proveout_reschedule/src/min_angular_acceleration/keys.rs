@@ -1,8 +1,10 @@
 //! The search for key axes in the free cells of their contacts.
 //!
-//! At each key but the ends of the row, which keep the program's axis, an axis is one of a list: cells of inclination to the table's axis and of angle about it that
-//! are free ([`FeasibleRegion::free_turns`] for all axes of a cell), lean no more than the cap, and no more than [`LEAN`] from the normal where that is known. Between
-//! keys the turn for a mm of way is even, so that the paper's sum (28) is that of its jumps at the keys,
+//! At each key but the ends of the row, which keep the program's axis, an axis is one of a list: cells of
+//! inclination to the table's axis and of angle about it that are free ([`FeasibleRegion::free_turns`] for
+//! all axes of a cell), lean no more than the cap, and no more than [`LEAN`] from the normal where that is
+//! known. Between keys the turn for a mm of way is even, so that the paper's sum (28) is that of its jumps at
+//! the keys,
 //!
 //! ```text
 //!   sum over keys  | log(V_k -> V_(k+1)) / L_k  +  log(V_k -> V_(k-1)) / L_(k-1) |^2

@@ -1,9 +1,10 @@
 //! Tool axes of least angular acceleration along rows of a ball end mill.
 //!
-//! Source: Ma J., Hu G., Qin F., Li G., Qu Z., Liu Y. (2020), Global optimization method of tool axis vector based on the minimum angular
-//! acceleration of rotary feed axis, Int. J. Adv. Manuf. Technol. 107, 2121-2136, doi:10.1007/s00170-020-05171-7. Profile and its
-//! derivatives: equations (26) and (27), corrected. Law between keys: equations (35), (40), (41), corrected (as printed the ratio of arc
-//! lengths is always one).
+//! Source: Ma J., Hu G., Qin F., Li G., Qu Z., Liu Y. (2020), Global optimization method of tool axis vector
+//! based on the minimum angular acceleration of rotary feed axis, Int. J. Adv. Manuf. Technol. 107,
+//! 2121-2136, doi:10.1007/s00170-020-05171-7. Profile and its derivatives: equations (26) and (27),
+//! corrected. Law between keys: equations (35), (40), (41), corrected (as printed the ratio of arc lengths is
+//! always one).
 //!
 //! The row is cut where its profile, height along the table's axis over the horizontal way, changes
 //! between convex and concave. Each cut and both ends have a key axis: the initial one, turned
@@ -15,9 +16,11 @@
 //!
 //! Chosen, since nothing is published: cap 47 degrees, windows of 6 mm on each side.
 //!
-//! Two choices of this project: key axes may be *searched* in the free cells of their contacts, by the paper's own sum (`keys.rs`; its text leaves open how they
-//! are found); and in place of the law between keys the axes with the least of that sum over the whole row may be taken (`spline.rs`), of which
-//! the law is the least for one pair of keys only. Whether all new axes are free is looked at where the surroundings know it.
+//! Two choices of this project: key axes may be *searched* in the free cells of their contacts, by the
+//! paper's own sum (`keys.rs`; its text leaves open how they are found); and in place of the law between keys
+//! the axes with the least of that sum over the whole row may be taken (`spline.rs`), of which the law is the
+//! least for one pair of keys only. Whether all new axes are free is looked at where the surroundings know
+//! it.
 
 mod keys;
 mod spline;

@@ -5,9 +5,11 @@
 //!   minimize  sum |r_i|^2                                                  (28), with the turn as a vector
 //! ```
 //!
-//! On one great circle with even turning all r are zero; between two keys that is the law of the paper, whose sum has a jump at each key. The least of the
-//! whole sum spreads it over the row. By steps of Gauss and Newton: in frames that are carried along the row without turning, small moves of the axes change r as
-//! in a plane, the same for both directions, so that one symmetric band of five diagonals is factored for all steps.
+//! On one great circle with even turning all r are zero; between two keys that is the law of the paper, whose
+//! sum has a jump at each key. The least of the whole sum spreads it over the row. By steps of Gauss and
+//! Newton: in frames that are carried along the row without turning, small moves of the axes change r as in a
+//! plane, the same for both directions, so that one symmetric band of five diagonals is factored for all
+//! steps.
 
 use proveout_geom::Vector;
 
@@ -21,8 +23,8 @@ const BAND: usize = 3;
 /// Sine of the angle between two directions below which they count as parallel.
 const PARALLEL: f64 = 1e-9;
 
-/// Axes at arc lengths with the least sum of squared changes of their turning, through axes that are given at some of them: keys rise, the first and the
-/// last block among them. Also their sum, rad2/mm2.
+/// Axes at arc lengths with the least sum of squared changes of their turning, through axes that are given at
+/// some of them: keys rise, the first and the last block among them. Also their sum, rad2/mm2.
 pub fn true_minimum(arc: &[f64], keys: &[(usize, Vector)], start: Vec<Vector>) -> (Vec<Vector>, f64) {
     let n = arc.len();
     let mut axes = start;

@@ -1,17 +1,19 @@
 //! A bull-nose cutter at a contact: where it gouges by its curvature, how wide a strip it cuts, what section it leaves.
 //!
-//! Everything is in the frame of the contact: origin at the contact, x along the feed, y = normal x feed, z the outward normal N.
-//! With T the tool axis, e the radius of the circle of corner centers and r the corner radius, the middle of that circle is
-//! `r N + e w`, `w = (N - (N.T) T) / |..|`: the tip is r below it along T.
+//! Everything is in the frame of the contact: origin at the contact, x along the feed, y = normal x feed, z
+//! the outward normal N. With T the tool axis, e the radius of the circle of corner centers and r the corner
+//! radius, the middle of that circle is `r N + e w`, `w = (N - (N.T) T) / |..|`: the tip is r below it along
+//! T.
 //!
-//! Local gouge (derived from (5)-(9), as the printed search over the inclination is not needed): with `kC_max = 1/r` along the lean and `kC_min` across
-//! it, the smallest relative curvature is zero where
+//! Local gouge (derived from (5)-(9), as the printed search over the inclination is not needed): with `kC_max
+//! = 1/r` along the lean and `kC_min` across it, the smallest relative curvature is zero where
 //!
 //! ```text
 //!   kC_min = [ a (S1 sin^2 g + S2 cos^2 g) - S1 S2 ] / ( a - S1 cos^2 g - S2 sin^2 g ),     a = 1/r
 //! ```
 //!
-//! which is linear because the terms in `(a - kC_min)^2` cancel; `kC_min = sin l / (e + r sin l)` gives the inclination l.
+//! which is linear because the terms in `(a - kC_min)^2` cancel; `kC_min = sin l / (e + r sin l)` gives the
+//! inclination l.
 
 use proveout_geom::Vector;
 use proveout_tool::{Profile, Segment};
@@ -52,9 +54,9 @@ impl BullNose {
         })
     }
 
-    /// Smallest inclination (radian) at which the tool, leaned at the angle `gamma` from the direction of the most hollow curvature,
-    /// does not gouge by its curvature. `hollow` are the surface's principal curvatures, the larger first, positive where it is hollow, 1/mm. None
-    /// where no inclination will do.
+    /// Smallest inclination (radian) at which the tool, leaned at the angle `gamma` from the direction of the
+    /// most hollow curvature, does not gouge by its curvature. `hollow` are the surface's principal
+    /// curvatures, the larger first, positive where it is hollow, 1/mm. None where no inclination will do.
     pub fn least_lean(&self, hollow: [f64; 2], gamma: f64) -> Option<f64> {
         let a = 1.0 / self.corner;
         let [s1, s2] = hollow;
@@ -72,7 +74,8 @@ impl BullNose {
         (needed * self.corner < 1.0 && sine <= 1.0).then(|| sine.asin())
     }
 
-    /// Normal curvatures of the cutter along x, mixed, and along y, with its axis `t` (unit), 1/mm, positive as it is convex.
+    /// Normal curvatures of the cutter along x, mixed, and along y, with its axis `t` (unit), 1/mm, positive
+    /// as it is convex.
     pub fn form(&self, t: &Vector) -> [f64; 3] {
         let sine = t.x.hypot(t.y);
         let along = 1.0 / self.corner;
@@ -86,7 +89,8 @@ impl BullNose {
         Vector::new(0.0, 0.0, self.corner) + across(&Vector::z(), t) * self.circle
     }
 
-    /// Signed distance of a point from the cutting end with its flank as a cylinder above the corners, mm; negative inside.
+    /// Signed distance of a point from the cutting end with its flank as a cylinder above the corners, mm;
+    /// negative inside.
     fn outside(&self, middle: &Vector, t: &Vector, p: &Vector) -> f64 {
         let from = p - middle;
         let height = from.dot(t);
@@ -100,8 +104,9 @@ impl BullNose {
         }
     }
 
-    /// Widths of the strip on the left (y > 0) and on the right of the contact in the section across the feed, mm: where the tool
-    /// is `h` above the surface, measured along N ((12), (13)). `surface` is its height over y. None where the tool leaves the section sooner.
+    /// Widths of the strip on the left (y > 0) and on the right of the contact in the section across the
+    /// feed, mm: where the tool is `h` above the surface, measured along N ((12), (13)). `surface` is its
+    /// height over y. None where the tool leaves the section sooner.
     pub fn strip(&self, t: &Vector, surface: &dyn Fn(f64) -> f64, h: f64) -> Option<[f64; 2]> {
         let middle = self.middle(t);
         self.rims(surface, h, &|p| self.outside(&middle, t, &p))
@@ -146,8 +151,9 @@ impl BullNose {
         Some([rim(1.0)?, rim(-1.0)?])
     }
 
-    /// The section that the tool leaves as it moves along x, of a contact elsewhere: `at` with the normal `n` there, all in one frame. The boundary of a
-    /// shadow is that of the support points whose normals lie in its plane.
+    /// The section that the tool leaves as it moves along x, of a contact elsewhere: `at` with the normal `n`
+    /// there, all in one frame. The boundary of a shadow is that of the support points whose normals lie in
+    /// its plane.
     pub(super) fn shadow(&self, at: &Vector, n: &Vector, t: &Vector) -> Shadow {
         let middle = at + n * self.corner + across(n, t) * self.circle;
         Shadow { tool: *self, middle: [middle.y, middle.z], axis: *t }
@@ -166,7 +172,8 @@ pub(super) struct Shadow {
 impl Shadow {
     /// The place of its boundary whose normal leans by an angle (radian) from -z to y.
     ///
-    /// With `c = d.t` for the normal d, the circle is seen from the side as an ellipse, whose radius of curvature is `e t_x^2 / (1 - c^2)^(3/2)`.
+    /// With `c = d.t` for the normal d, the circle is seen from the side as an ellipse, whose radius of
+    /// curvature is `e t_x^2 / (1 - c^2)^(3/2)`.
     pub(super) fn at(&self, slope: f64) -> Rim {
         let BullNose { circle, corner } = self.tool;
         let (sin, cos) = slope.sin_cos();

@@ -9,8 +9,9 @@
 //!   Ra  = mean |Z_i - line|                       (16), about the least-squares line, over the evaluation length
 //! ```
 //!
-//! Each row's cutter leans as the one at the middle does, each from its own normal. Marks of single teeth along the feed (0.07 um with the paper's data)
-//! are left out. Beyond a rim of the surface its last curvature goes on.
+//! Each row's cutter leans as the one at the middle does, each from its own normal. Marks of single teeth
+//! along the feed (0.07 um with the paper's data) are left out. Beyond a rim of the surface its last
+//! curvature goes on.
 
 use proveout_geom::{Point, Vector};
 
@@ -28,7 +29,8 @@ const STEPS: usize = 30;
 const BESIDE: [f64; 5] = [0.0, 0.02, -0.02, 0.1, -0.1];
 /// How near to a place over y the boundary of a shadow is followed, mm: its tangent takes the rest, to 1e-11 mm.
 const NEAR_Y: f64 = 1e-5;
-/// Width of the Gaussian filter, `sqrt(ln 2 / pi)`, and how far its window reaches, as a part of the cutoff: beyond, a ten-millionth of the weight is left.
+/// Width of the Gaussian filter, `sqrt(ln 2 / pi)`, and how far its window reaches, as a part of the cutoff:
+/// beyond, a ten-millionth of the weight is left.
 const ALPHA: f64 = 0.469_718_639_349_825_66;
 const FILTER_REACH: f64 = 1.0;
 /// Cutoff of the profile filter for Ra from 0.1 to 2 um (ISO 21920-3), mm.
@@ -72,7 +74,8 @@ impl ContactFrame {
     }
 }
 
-/// Tool axis in the frame of a contact with an inclination to the normal and an azimuth of the lean from the feed, radian ((2) with (1)).
+/// Tool axis in the frame of a contact with an inclination to the normal and an azimuth of the lean from the
+/// feed, radian ((2) with (1)).
 pub fn leaned(inclination: f64, azimuth: f64) -> Vector {
     let (s, c) = inclination.sin_cos();
     Vector::new(s * azimuth.cos(), s * azimuth.sin(), c)
@@ -176,7 +179,8 @@ impl CrossSection {
         rest.sum::<f64>() / profile.iter().filter(within).count().max(1) as f64
     }
 
-    /// Heights over the surface of what rows leave, `[y, z]`, over the evaluation length and so far beyond both its ends, mm.
+    /// Heights over the surface of what rows leave, `[y, z]`, over the evaluation length and so far beyond
+    /// both its ends, mm.
     fn profile(&self, tool: &BullNose, t: &Vector, beyond: f64) -> Vec<[f64; 2]> {
         let shadow = |r: &RowContact| {
             let axis = r.frame[0] * t.x + r.frame[1] * t.y + r.frame[2] * t.z;
@@ -202,7 +206,8 @@ impl CrossSection {
     }
 }
 
-/// The Gaussian mean line of a profile at a place (ISO 16610-21): weights `exp(-pi (y / (alpha cutoff))^2)` that let half of a wave of the cutoff through.
+/// The Gaussian mean line of a profile at a place (ISO 16610-21): weights `exp(-pi (y / (alpha cutoff))^2)`
+/// that let half of a wave of the cutoff through.
 pub fn mean_line(profile: &[[f64; 2]], y: f64, cutoff: f64) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for [at, z] in profile.iter().filter(|p| (p[0] - y).abs() <= FILTER_REACH * cutoff) {
@@ -213,8 +218,8 @@ pub fn mean_line(profile: &[[f64; 2]], y: f64, cutoff: f64) -> f64 {
     if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
-/// The contact at a place, or a little along the feed where the place is beyond a rim there: the surface lies along the feed, so that it is
-/// as high to the second order.
+/// The contact at a place, or a little along the feed where the place is beyond a rim there: the surface lies
+/// along the feed, so that it is as high to the second order.
 fn reached(surface: &dyn ContactSurface, frame: &ContactFrame, p: &Point) -> Option<ContactPoint> {
     BESIDE.into_iter().find_map(|way| surface.contact(&(p + frame.axes[0] * way)))
 }
@@ -239,7 +244,8 @@ fn met(surface: &dyn ContactSurface, frame: &ContactFrame, y: f64, from: f64) ->
     None
 }
 
-/// Height of the shadow of a row's cutter over y: Newton's method on the slope of its boundary, from the place before on.
+/// Height of the shadow of a row's cutter over y: Newton's method on the slope of its boundary, from the
+/// place before on.
 fn shadow_height(shadow: &Shadow, y: f64, at: &mut Rim) -> f64 {
     for _ in 0..20 {
         let off = y - at.y;

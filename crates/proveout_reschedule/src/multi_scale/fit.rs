@@ -1,4 +1,5 @@
-//! The rotary curve with the least sum of squared speeds that passes through fixed values: a clamped uniform cubic B-spline.
+//! The rotary curve with the least sum of squared speeds that passes through fixed values: a clamped uniform
+//! cubic B-spline.
 //!
 //! ```text
 //!   q(u) = sum_j N_j(u) Q_j                      (17)
@@ -9,8 +10,8 @@
 //!   | C   0  | | mu | = | q |       A = sum_i a_i a_i^T
 //! ```
 //!
-//! As printed, (25) and (26) stack the normal equations (22) and the fixed values (24) into one least-squares problem, which keeps neither
-//! and changes with the unit of time.
+//! As printed, (25) and (26) stack the normal equations (22) and the fixed values (24) into one least-squares
+//! problem, which keeps neither and changes with the unit of time.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,8 +19,8 @@ const DEGREE: usize = 3;
 /// Largest residual of the equations, part of their right side and one.
 const MISSED: f64 = 1e-9;
 
-/// Values of the four basis functions that are not zero at `u` in 0 .. 1, and the index of the first, of a clamped uniform cubic
-/// B-spline with `coefficients` of them (at least four).
+/// Values of the four basis functions that are not zero at `u` in 0 .. 1, and the index of the first, of a
+/// clamped uniform cubic B-spline with `coefficients` of them (at least four).
 pub fn basis(u: f64, coefficients: usize) -> (usize, [f64; 4]) {
     let spans = coefficients - DEGREE;
     let span = ((u.clamp(0.0, 1.0) * spans as f64) as usize).min(spans - 1);
@@ -45,8 +46,9 @@ pub fn value(coefficients: &[f64], u: f64) -> f64 {
     n.iter().zip(&coefficients[first..]).map(|(n, q)| n * q).sum()
 }
 
-/// Coefficients for several curves with the same parameters `u` (rising, 0 .. 1), times between them (s), and fixed places; `fixed` holds the
-/// index of a parameter and the value of each curve there. None where the fixed places do not fit on so few coefficients.
+/// Coefficients for several curves with the same parameters `u` (rising, 0 .. 1), times between them (s), and
+/// fixed places; `fixed` holds the index of a parameter and the value of each curve there. None where the
+/// fixed places do not fit on so few coefficients.
 pub fn fitted<const N: usize>(
     u: &[f64],
     times: &[f64],

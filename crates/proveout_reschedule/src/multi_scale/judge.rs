@@ -35,7 +35,8 @@ pub struct AxisEffect {
     pub side: f64,
     /// Smallest relative curvature of cutter and surface, 1/mm.
     pub critical: f64,
-    /// Width of the strip in the section across the feed, and that which the moving tool leaves, mm; none where the tool is narrower.
+    /// Width of the strip in the section across the feed, and that which the moving tool leaves, mm; none
+    /// where the tool is narrower.
     pub strip: [Option<f64>; 2],
     /// Ra across the feed, mm; none without an adjacent row.
     pub roughness: Option<f64>,
@@ -130,8 +131,8 @@ impl Judge {
         t.x.hypot(t.y).atan2(t.z)
     }
 
-    /// What the rules look at with an axis of the run; none where it leans below the face, the tool is narrower than the height of the strip, or the
-    /// strip is past its limits by more than a part of them.
+    /// What the rules look at with an axis of the run; none where it leans below the face, the tool is
+    /// narrower than the height of the strip, or the strip is past its limits by more than a part of them.
     pub(in super::super) fn measures(&self, axis: &Vector, far: f64) -> Option<Measures> {
         let t = self.frame.local(axis);
         if t.z <= 0.0 {
@@ -165,8 +166,8 @@ impl Judge {
         excess
     }
 
-    /// Whether an axis of the run keeps all rules, their limits taken narrower by a part of them: [`Self::excess`] without what a rule that is broken
-    /// makes needless.
+    /// Whether an axis of the run keeps all rules, their limits taken narrower by a part of them:
+    /// [`Self::excess`] without what a rule that is broken makes needless.
     pub(in super::super) fn keeps(&self, axis: &Vector, margin: f64) -> bool {
         let t = self.frame.local(axis);
         let [narrow, wide] = self.method.strip;
@@ -212,8 +213,8 @@ fn crossing([from, to]: [f64; 2], rule: impl Fn(f64) -> bool) -> f64 {
     high
 }
 
-/// Where a function that rises through zero between two places, with its values there, has its root, from below, within `close`: the Illinois
-/// rule.
+/// Where a function that rises through zero between two places, with its values there, has its root, from
+/// below, within `close`: the Illinois rule.
 pub(super) fn root([mut a, mut b]: [f64; 2], [mut fa, mut fb]: [f64; 2], close: f64, f: impl Fn(f64) -> f64) -> f64 {
     let mut kept = 0;
     for _ in 0..60 {

@@ -1,27 +1,34 @@
-//! Tool axes of a bull-nose cutter on two scales: a strip of nearly the same width, and a roughness across the feed below a limit.
+//! Tool axes of a bull-nose cutter on two scales: a strip of nearly the same width, and a roughness across
+//! the feed below a limit.
 //!
-//! Source: Dong J., He J., Liu S., Wan N., Chang Z. (2023), A Multi-Scale Tool Orientation Generation Method for Freeform Surface Machining with
-//! Bull-Nose Tool, Micromachines 14, 1199, doi:10.3390/mi14061199. Angles: equations (1), (2). Local gouge: (5)-(9), with the boundary in closed form
-//! and the missing condition (10), `bull_nose.rs`. Strip: (12), (13), measured along the normal of the contact. Roughness: (15), (16), with the exact
-//! torus, `cross_section.rs`. Curves: (17)-(24) with (25), (26) corrected, `fit.rs`.
+//! Source: Dong J., He J., Liu S., Wan N., Chang Z. (2023), A Multi-Scale Tool Orientation Generation Method
+//! for Freeform Surface Machining with Bull-Nose Tool, Micromachines 14, 1199, doi:10.3390/mi14061199.
+//! Angles: equations (1), (2). Local gouge: (5)-(9), with the boundary in closed form and the missing
+//! condition (10), `bull_nose.rs`. Strip: (12), (13), measured along the normal of the contact. Roughness:
+//! (15), (16), with the exact torus, `cross_section.rs`. Curves: (17)-(24) with (25), (26) corrected,
+//! `fit.rs`.
 //!
-//! With the lean in the direction of the feed the strip falls and the roughness rises with the inclination, so that each contact has one interval:
+//! With the lean in the direction of the feed the strip falls and the roughness rises with the inclination,
+//! so that each contact has one interval:
 //!
 //! ```text
 //!   max(gouge, strip = widest)  <=  inclination  <=  min(strip = narrowest, Ra = limit)
 //! ```
 //!
-//! The rotary curves with the least sum of squared speeds are laid through the ends. Where a contact then breaks a rule, the worst of its neighbors is
-//! moved into its interval, with a margin, and becomes a fixed value; this repeats until no contact breaks one. The published procedure assigns every
-//! one of them, in the limit a polygon. The lateral lean that the curves leave between fixed contacts is judged as it is: gouge, strip and roughness of
-//! the true axis decide.
+//! The rotary curves with the least sum of squared speeds are laid through the ends. Where a contact then
+//! breaks a rule, the worst of its neighbors is moved into its interval, with a margin, and becomes a fixed
+//! value; this repeats until no contact breaks one. The published procedure assigns every one of them, in the
+//! limit a polygon. The lateral lean that the curves leave between fixed contacts is judged as it is: gouge,
+//! strip and roughness of the true axis decide.
 //!
-//! Published: window 2.15 to 3.15 mm, Ra 1.6 um over 4 mm, ends that keep their axes. The height at which a strip is measured is inferred (0.1 mm:
-//! the center of the window at 20 degrees), 21 coefficients and a margin of 0.2 degrees are chosen. Published ends and a roughness below the limit at
-//! every contact exclude each other where the ends leave more: `run_in` mm at both ends are then not judged, else the ends move as well.
+//! Published: window 2.15 to 3.15 mm, Ra 1.6 um over 4 mm, ends that keep their axes. The height at which a
+//! strip is measured is inferred (0.1 mm: the center of the window at 20 degrees), 21 coefficients and a
+//! margin of 0.2 degrees are chosen. Published ends and a roughness below the limit at every contact exclude
+//! each other where the ends leave more: `run_in` mm at both ends are then not judged, else the ends move as
+//! well.
 //!
-//! The distance of the rows is that of the program, the larger one of both sides, each cutter leaned as the one between them. Marks of teeth along the feed are
-//! left out.
+//! The distance of the rows is that of the program, the larger one of both sides, each cutter leaned as the
+//! one between them. Marks of teeth along the feed are left out.
 
 mod bull_nose;
 mod cross_section;
@@ -52,7 +59,8 @@ const ROUNDS: usize = 50;
 /// Bounds of the margin, radian, and of the count of coefficients at the start.
 const MARGINS: [f64; 2] = [0.0, 5.0 * std::f64::consts::PI / 180.0];
 const COUNTS: [usize; 2] = [4, 1000];
-/// What the solution of the fit may be over a limit by rounding, as a part of it: without a margin contacts are fixed on their limits.
+/// What the solution of the fit may be over a limit by rounding, as a part of it: without a margin contacts
+/// are fixed on their limits.
 const ROUNDED: f64 = 1e-9;
 /// Largest step of a rotary joint between two contacts, radian: beyond, the axis passes the pole.
 const POLE_STEP: f64 = 10.0 * std::f64::consts::PI / 180.0;
@@ -78,7 +86,8 @@ pub struct MultiScale {
     pub roughness: f64,
     /// Evaluation length of the roughness, mm.
     pub evaluation_length: f64,
-    /// Way at both ends of a row that is not judged while its first and last axis stay, mm; zero: they are judged and move.
+    /// Way at both ends of a row that is not judged while its first and last axis stay, mm; zero: they are
+    /// judged and move.
     pub run_in: f64,
     /// How far inside of its interval a contact is fixed, radian.
     pub margin: f64,
@@ -88,7 +97,8 @@ pub struct MultiScale {
     pub measurement: Option<Measurement>,
 }
 
-/// A model of what a probe reads of a computed roughness: a part of it, scattered by a normal distribution from place to place.
+/// A model of what a probe reads of a computed roughness: a part of it, scattered by a normal distribution
+/// from place to place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
     /// What is read over what is computed.

@@ -1,9 +1,10 @@
 //! Smoothing of tool axes near the pole of the rotary table.
 //!
-//! Source: Cui C., Zhu Z., Chen S., Zheng Q., Chai J., Li X. (2022), A tool orientation smoothing method for five-axis machining to avoid
-//! singularity problems. Angles of an axis: equations (2.2) to (2.4), corrected. Runs near the pole, linear or through it: section 2.5,
-//! steps 1 to 11, corrected. Junctions: equation (2.6), corrected. Tip from contact: equations (2.7) to (2.9), corrected and for any cutter of
-//! revolution ([`PathCutter::touch`]).
+//! Source: Cui C., Zhu Z., Chen S., Zheng Q., Chai J., Li X. (2022), A tool orientation smoothing method for
+//! five-axis machining to avoid singularity problems. Angles of an axis: equations (2.2) to (2.4), corrected.
+//! Runs near the pole, linear or through it: section 2.5, steps 1 to 11, corrected. Junctions: equation
+//! (2.6), corrected. Tip from contact: equations (2.7) to (2.9), corrected and for any cutter of revolution
+//! ([`PathCutter::touch`]).
 //!
 //! Where the axis comes near the table's axis the table swings by up to half a turn within a few
 //! blocks. There the angles to and about the pole become linear in the arc length of the contact,
@@ -11,9 +12,9 @@
 //! differ by more than a quarter turn the pole itself is crossed, so that the head changes its sign
 //! and the table goes on. The contact stays; the axis changes by about its distance from the pole.
 //!
-//! Switch at 90 degrees, junctions of five blocks: as published. The threshold of the cone is one of the two published values, the other
-//! (10 degrees) has a text of 3 degrees that contradicts it (erratum SG-4). The unit of the table's rate is not printed; it is read as
-//! degrees for a mm.
+//! Switch at 90 degrees, junctions of five blocks: as published. The threshold of the cone is one of the two
+//! published values, the other (10 degrees) has a text of 3 degrees that contradicts it (erratum SG-4). The
+//! unit of the table's rate is not printed; it is read as degrees for a mm.
 //!
 //! The new angles are returned as joints: read back from a vector, the table's angle at the pole is
 //! lost. So the method writes programs that give rotary axes.
@@ -239,8 +240,8 @@ impl Method for Singularity {
     }
 }
 
-/// Sum of the turns of the table, its largest rate, how often the polar angle turns back, the largest jump of the table's rate from
-/// block to block, and how often the table turns back.
+/// Sum of the turns of the table, its largest rate, how often the polar angle turns back, the largest jump of
+/// the table's rate from block to block, and how often the table turns back.
 fn row_figures(row: &[PoleAngles], arc: &[f64]) -> [f64; 5] {
     let steps = || row.windows(2).zip(arc.windows(2));
     let travel: f64 = steps().map(|(p, _)| (p[1].azimuth - p[0].azimuth).abs()).sum();

@@ -1,7 +1,7 @@
 //! Rows of signed polar angles and azimuths, and what is changed in them near the pole.
 //!
-//! (b, c) and (-b, c + pi) are the same tool axis `(cos c sin b, sin c sin b, cos b)`. A row of blocks may pass the pole by either: b
-//! changes its sign and c stays, or b stays and c turns by half a turn.
+//! (b, c) and (-b, c + pi) are the same tool axis `(cos c sin b, sin c sin b, cos b)`. A row of blocks may
+//! pass the pole by either: b changes its sign and c stays, or b stays and c turns by half a turn.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -54,8 +54,9 @@ fn near(angle: f64, to: f64) -> f64 {
     to + wrapped(angle - to)
 }
 
-/// A row of axes as a control without knowledge of poles runs it: of both signs the one with the least |db| + |dc| (equation (2.4)), at the
-/// pole the azimuth before. Equations (2.2) and (2.3), corrected (errata SG-1, SG-2): c = atan2(j, i) and atan2(-j, -i).
+/// A row of axes as a control without knowledge of poles runs it: of both signs the one with the least |db| +
+/// |dc| (equation (2.4)), at the pole the azimuth before. Equations (2.2) and (2.3), corrected (errata SG-1,
+/// SG-2): c = atan2(j, i) and atan2(-j, -i).
 pub fn pole_angles(axes: &[Vector], start: PoleAngles) -> Vec<PoleAngles> {
     let mut last = start;
     let mut row = Vec::with_capacity(axes.len());
@@ -80,11 +81,11 @@ pub fn pole_angles(axes: &[Vector], start: PoleAngles) -> Vec<PoleAngles> {
     row
 }
 
-/// Between head and tail at a part t of the arc length: linear, or through the pole in the middle. Gives the angles and whether the pole
-/// is crossed; the description is that of the head with a polar angle above zero.
+/// Between head and tail at a part t of the arc length: linear, or through the pole in the middle. Gives the
+/// angles and whether the pole is crossed; the description is that of the head with a polar angle above zero.
 ///
-/// Steps 5 to 9 of the paper, corrected (SG-8 to SG-12): the branch is decided once; b is `b_k (1 - 2 t)` and then `-b_n (2 t - 1)`, and c turns
-/// by `delta - 180 sgn(delta)` in proportion to t.
+/// Steps 5 to 9 of the paper, corrected (SG-8 to SG-12): the branch is decided once; b is `b_k (1 - 2 t)` and
+/// then `-b_n (2 t - 1)`, and c turns by `delta - 180 sgn(delta)` in proportion to t.
 pub fn between(head: PoleAngles, tail: PoleAngles, t: f64, switch: f64) -> (PoleAngles, bool) {
     let (head, tail) = (head.positive(), tail.positive());
     let turn = wrapped(tail.azimuth - head.azimuth);
@@ -109,8 +110,8 @@ pub enum Junction {
     Pinned,
 }
 
-/// The quadratic Bezier curve fitted to five values at parts t of their length (equation (2.6) with three control values, SG-13 to
-/// SG-15), at these parts.
+/// The quadratic Bezier curve fitted to five values at parts t of their length (equation (2.6) with three
+/// control values, SG-13 to SG-15), at these parts.
 pub fn fitted(values: [f64; JUNCTION], t: [f64; JUNCTION], pinned: bool) -> [f64; JUNCTION] {
     let basis = |t: f64| [(1.0 - t) * (1.0 - t), 2.0 * t * (1.0 - t), t * t];
     let control = if pinned {

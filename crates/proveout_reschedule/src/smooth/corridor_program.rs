@@ -1,18 +1,21 @@
-//! Quadratic programs whose rows look at a few neighbors: an interior-point method in time that grows with the length only.
+//! Quadratic programs whose rows look at a few neighbors: an interior-point method in time that grows with
+//! the length only.
 //!
 //! ```text
 //!   minimize   1/2 w sum (third difference of x)^2  +  c z        low_r <= a_r x <= high_r      |a_p x| <= z   (peak rows)
 //! ```
 //!
-//! Every row `a_r` has up to four weights at unknowns that follow each other, so that the normal equations are a band of three diagonals on each side with
-//! one full column for z. Primal-dual steps with a predictor and a corrector (S. Mehrotra 1992, On the implementation of a primal-dual interior
-//! point method, SIAM J. Optim. 2, 575-601; J. Nocedal, S. J. Wright 2006, Numerical optimization, section 16.6):
+//! Every row `a_r` has up to four weights at unknowns that follow each other, so that the normal equations
+//! are a band of three diagonals on each side with one full column for z. Primal-dual steps with a predictor
+//! and a corrector (S. Mehrotra 1992, On the implementation of a primal-dual interior point method, SIAM J.
+//! Optim. 2, 575-601; J. Nocedal, S. J. Wright 2006, Numerical optimization, section 16.6):
 //!
 //! ```text
 //!   G y + s = h,  s, l >= 0        (P + G' (l/s) G) dy = -r_d + G' (r_c / s - (l/s) r_p)
 //! ```
 //!
-//! The band is factored by Cholesky; the column is taken out by its Schur complement. One thread, sums in a fixed order: the same numbers everywhere.
+//! The band is factored by Cholesky; the column is taken out by its Schur complement. One thread, sums in a
+//! fixed order: the same numbers everywhere.
 
 /// Weights of a row.
 pub(crate) const WEIGHTS: usize = 4;
@@ -171,7 +174,8 @@ impl CorridorProgram {
         of_z
     }
 
-    /// The solution from a start that need not hold any row: unknowns and z. None where there is none, or where none was found.
+    /// The solution from a start that need not hold any row: unknowns and z. None where there is none, or
+    /// where none was found.
     pub(super) fn solved(&self, start: &[f64]) -> Option<(Vec<f64>, f64)> {
         self.solved_with_multipliers(start).map(|(x, z, _)| (x, z))
     }
@@ -297,7 +301,8 @@ mod tests {
         CorridorRow { at, weights, low, high, peak: false }
     }
 
-    /// From 0 to 1 and back to 0 in given steps, ends free of slope: the least peak is that of two parabolas, known in closed form.
+    /// From 0 to 1 and back to 0 in given steps, ends free of slope: the least peak is that of two parabolas,
+    /// known in closed form.
     #[test]
     fn the_least_peak_of_a_bump_is_that_of_its_parabolas() {
         for n in [41_usize, 401, 4001] {

@@ -1,14 +1,19 @@
-//! The smoothest axes of a channel: least time by the velocity of the rotary axis first, then the least peak of its acceleration, in time.
+//! The smoothest axes of a channel: least time by the velocity of the rotary axis first, then the least peak
+//! of its acceleration, in time.
 //!
-//! A method of this project, for paths as [`super::STheta`] takes them. Ball centers and the inclination of the tool axis to the table axis stay; the angle
-//! about the table axis is anything in a [`Channel`]: that of the paper with its clearance, or what the tool itself leaves free ([`ChannelKind::Tool`],
+//! A method of this project, for paths as [`super::STheta`] takes them. Ball centers and the inclination of
+//! the tool axis to the table axis stay; the angle about the table axis is anything in a [`Channel`]: that of
+//! the paper with its clearance, or what the tool itself leaves free ([`ChannelKind::Tool`],
 //! `tool_channel.rs`). A schedule is judged by time, not by its shape over the path:
 //!
-//! 1. *Globally*: over the nominal time (the sum of the programmed times of blocks) the taut string through the gates with both ends free. It minimizes
-//!    the sum of every convex function of the slopes at once, that of `max(least time, way / velocity)` among them, so that no schedule
-//!    is faster by feed and velocity. Where it is steeper than the joint can turn, the time of its blocks grows by that.
-//! 2. *Locally*: in that time the spline with the least peak of acceleration, then with the least jerk (`spline_in_corridor.rs`): a convex program.
-//! 3. *With the control*, where one is known ([`TimeLaw`]): it is asked for the times of the blocks, and the program is solved again in those, as long as that gains.
+//! 1. *Globally*: over the nominal time (the sum of the programmed times of blocks) the taut string through
+//!    the gates with both ends free. It minimizes the sum of every convex function of the slopes at once,
+//!    that of `max(least time, way / velocity)` among them, so that no schedule is faster by feed and
+//!    velocity. Where it is steeper than the joint can turn, the time of its blocks grows by that.
+//! 2. *Locally*: in that time the spline with the least peak of acceleration, then with the least jerk
+//!    (`spline_in_corridor.rs`): a convex program.
+//! 3. *With the control*, where one is known ([`TimeLaw`]): it is asked for the times of the blocks, and the
+//!    program is solved again in those, as long as that gains.
 //!
 //! Between the fastest schedule for the control of these and the one with the least peak of
 //! acceleration two more lie in the channel, which is convex. The result is, of those within
@@ -46,8 +51,8 @@ pub use rows::{RowEnds, SmoothRows};
 const VELOCITY_USED: f64 = 0.995;
 /// Where the string itself needs more than this part of it, its blocks take longer.
 const VELOCITY_OF_STRING: f64 = 0.985;
-/// The peak of velocity may be this many times the least one, in the order in which it is tried: what is faster than needed leaves room for
-/// less acceleration.
+/// The peak of velocity may be this many times the least one, in the order in which it is tried: what is
+/// faster than needed leaves room for less acceleration.
 const VELOCITY_GIVEN: [f64; 2] = [1.25, 1.02];
 /// Part of the joint's acceleration that ramps at the ends of the path take.
 const RAMP_PART: f64 = 0.25;
@@ -91,8 +96,8 @@ pub struct Smooth {
 }
 
 impl Default for Smooth {
-    /// The published clearance of 50 degrees; a lean of 80, beyond which the end of a ball does not cut but its side; no turning back; a tenth
-    /// of a percent of the time.
+    /// The published clearance of 50 degrees; a lean of 80, beyond which the end of a ball does not cut but
+    /// its side; no turning back; a tenth of a percent of the time.
     fn default() -> Self {
         Self {
             channel: ChannelKind::Clearance,
@@ -118,7 +123,8 @@ pub struct TurnLimits {
 pub struct SmoothPlan {
     /// Angle at each block, radian.
     pub angles: Vec<f64>,
-    /// Largest acceleration between the ramps, rad/s2; none where the channel bends so sharply that the taut string was left.
+    /// Largest acceleration between the ramps, rad/s2; none where the channel bends so sharply that the taut
+    /// string was left.
     pub acceleration: Option<f64>,
 }
 
@@ -164,7 +170,8 @@ impl Smooth {
         ))
     }
 
-    /// The gates that a schedule of this method keeps: the channel, or what of it an angle that does not fall can reach.
+    /// The gates that a schedule of this method keeps: the channel, or what of it an angle that does not fall
+    /// can reach.
     fn gates(&self, path: &SectionPath, channel: &Channel) -> Result<Vec<[f64; 2]>, RescheduleError> {
         let mut gates: Vec<[f64; 2]> = channel.lower.iter().zip(&channel.upper).map(|(l, u)| [*l, *u]).collect();
         if self.monotone {
@@ -251,7 +258,8 @@ impl Smooth {
     }
 }
 
-/// Figures that say whose schedule was kept, since none of this method's own was faster or smoother: the program's, that of s-theta.
+/// Figures that say whose schedule was kept, since none of this method's own was faster or smoother: the
+/// program's, that of s-theta.
 pub const KEPT: [&str; 2] = ["kept, the program's own axes", "kept, the schedule of s-theta"];
 
 impl Smooth {

@@ -4,8 +4,9 @@
 //!   q(t) = sum c_j B((t - t_0)/tau - j + 3),   q' between the (c_{j+1} - c_j)/tau,   q'' at knots (c_{j+1} - 2 c_j + c_{j-1})/tau^2
 //! ```
 //!
-//! q'' is straight between knots, so that its peak over all times is that at a knot; q' is a convex combination of its coefficients, so that a spline
-//! whose coefficients do not fall does not fall anywhere (C. de Boor 1978, A practical guide to splines, chapters IX and XI). The gates hold at their times.
+//! q'' is straight between knots, so that its peak over all times is that at a knot; q' is a convex
+//! combination of its coefficients, so that a spline whose coefficients do not fall does not fall anywhere
+//! (C. de Boor 1978, A practical guide to splines, chapters IX and XI). The gates hold at their times.
 //!
 //! Two programs: the least peak of q'' first; then the least sum of squares of the third
 //! differences (the jerk) with at most [`ALLOWED`] times that peak. At the ends the joint is at
@@ -14,7 +15,8 @@
 use super::LEAST_SPEED;
 use super::corridor_program::{CorridorProgram, CorridorRow, WEIGHTS};
 
-/// Knots are this many blocks apart, in the order in which they are tried: fine knots follow a channel with sharp bends.
+/// Knots are this many blocks apart, in the order in which they are tried: fine knots follow a channel with
+/// sharp bends.
 const BLOCKS_A_KNOT: [f64; 4] = [4.0, 2.0, 1.0, 0.5];
 /// By how much the second program may pass the least peak of the first.
 const ALLOWED: f64 = 1.03;

@@ -9,8 +9,9 @@
 //!        +---------------- sooner
 //! ```
 //!
-//! The control takes the feeds of blocks in steps; where the table speeds up within a block's time it loses half a step, so that the motion with the least peak
-//! over all times is not the one that it runs through soonest.
+//! The control takes the feeds of blocks in steps; where the table speeds up within a block's time it loses
+//! half a step, so that the motion with the least peak over all times is not the one that it runs through
+//! soonest.
 
 /// Ways from the fastest schedule to the most even one that are tried.
 const BETWEEN: [f64; 2] = [0.4, 0.7];

@@ -1,4 +1,5 @@
-//! Several setups of one part: `job.toml` lists their scenes in the order in which they are clamped, and the stock is handed on.
+//! Several setups of one part: `job.toml` lists their scenes in the order in which they are clamped, and the
+//! stock is handed on.
 //!
 //! ```toml
 //! name = "bracket"

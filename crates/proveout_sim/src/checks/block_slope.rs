@@ -29,8 +29,8 @@ impl BlockEnds {
         chunk.blocks.binary_search_by_key(&block, |b| b.index).is_ok()
     }
 
-    /// Angle of a block of the stretch against the plane across the tool axis, radian; none where the block has not ended, turns the tool,
-    /// or is no motion in feed.
+    /// Angle of a block of the stretch against the plane across the tool axis, radian; none where the block
+    /// has not ended, turns the tool, or is no motion in feed.
     pub(crate) fn slope(&self, chunk: &Chunk, block: u32) -> Option<f64> {
         let at = chunk.blocks.partition_point(|b| b.index < block);
         let (before, rest) = chunk.blocks.split_at(at);

@@ -28,8 +28,8 @@ pub struct Engagement {
     pub axial_depth_mm: f64,
     /// Width across feed and axis: `a_e`, mm; none while the tool only moves along its axis.
     pub radial_width_mm: Option<f64>,
-    /// Angle at which a tooth comes into material, rad: counted in the sense of the spindle, a quarter turn is in front, see the
-    /// drawing. Smallest of the block.
+    /// Angle at which a tooth comes into material, rad: counted in the sense of the spindle, a quarter turn
+    /// is in front, see the drawing. Smallest of the block.
     pub entry: Option<f64>,
     /// Angle at which it leaves it, rad. Largest of the block.
     pub exit: Option<f64>,

@@ -1,6 +1,7 @@
 //! Going down into material with a tool that has no edges at the center of its end.
 //!
-//! Round the axis such an end has a region that no edge sweeps. Where the tool goes down, a stub of material stays under it:
+//! Round the axis such an end has a region that no edge sweeps. Where the tool goes down, a stub of material
+//! stays under it:
 //!
 //! ```text
 //!       |  .  |              |   |  .  |   |
@@ -15,14 +16,17 @@
 //! the axis, at the height of the tip, goes down into material: by the volume that it meets, over
 //! the area that it goes over. Then
 //!
-//! * the way down of the block is held to that angle, or, where none is stated, to 45 degrees: no ramp is steeper (chosen);
-//! * the way down while the axis has not left a circle of the cutter's radius R about its place is held to what the angle gives over
-//!   3 R. So far goes a ramp to and fro that turns within R of a place: in to the turn and back, R + 2 R. A helix narrower than the
-//!   tool's own center goes farther, and leaves a pillar however slowly it goes down.
+//! * the way down of the block is held to that angle, or, where none is stated, to 45 degrees: no ramp is
+//!   steeper (chosen);
+//! * the way down while the axis has not left a circle of the cutter's radius R about its place is held to
+//!   what the angle gives over 3 R. So far goes a ramp to and fro that turns within R of a place: in to the
+//!   turn and back, R + 2 R. A helix narrower than the tool's own center goes farther, and leaves a pillar
+//!   however slowly it goes down.
 //!
-//! The radius of the region is a key of the tool (`dead_center_diameter_mm`). With it the way down while the region covers one place is
-//! held to what the angle gives over 4.5 of its radii: in to a turn and back. Without it the region is taken for as wide as half of the
-//! cutter's radius: a helix that keeps it over one place and goes down farther is not known to be allowed.
+//! The radius of the region is a key of the tool (`dead_center_diameter_mm`). With it the way down while the
+//! region covers one place is held to what the angle gives over 4.5 of its radii: in to a turn and back.
+//! Without it the region is taken for as wide as half of the cutter's radius: a helix that keeps it over one
+//! place and goes down farther is not known to be allowed.
 //!
 //! A flatter way of a tool without a stated angle, and any way down of a flat end of which it is
 //! not stated whether it cuts at its center, is not known to be allowed: the gate is then
@@ -98,7 +102,8 @@ pub(crate) fn way_down([from, to]: &[ToolPose; 2]) -> (f64, f64) {
     (-along, (way - axis * along).norm())
 }
 
-/// Radii of the region without edges that a ramp goes while it covers a place: in to a turn and back, and the steps of the watch.
+/// Radii of the region without edges that a ramp goes while it covers a place: in to a turn and back, and the
+/// steps of the watch.
 const IN_AND_BACK: f64 = 4.5;
 /// Radius of the region without edges where no key gives it, as a part of the cutter's radius.
 const USUAL_DEAD_CENTER: f64 = 0.5;
@@ -134,16 +139,16 @@ pub(crate) enum Judgement {
 }
 
 impl Descent {
-    /// The same for a block that has not ended yet: part of the way down may come from the rounding of its first corner.
-    /// The block is judged again with its programmed slope when it ends.
+    /// The same for a block that has not ended yet: part of the way down may come from the rounding of its
+    /// first corner. The block is judged again with its programmed slope when it ends.
     pub(crate) fn without_rounding(self) -> Self {
         let [down, aside] = self.way;
         let angle = (down - ROUNDED).max(0.0).atan2(aside).min(self.angle);
         if aside > 0.0 { Self { angle, ..self } } else { self }
     }
 
-    /// The same with the slope of the block as it is programmed, radian, where the path is steeper by no more than the rounding of its
-    /// corners makes it.
+    /// The same with the slope of the block as it is programmed, radian, where the path is steeper by no more
+    /// than the rounding of its corners makes it.
     pub(crate) fn with_slope(self, slope: Option<f64>) -> Self {
         let [down, aside] = self.way;
         match slope {
@@ -188,7 +193,8 @@ pub(crate) struct PlungeWatch {
     /// Way down in material with this tool, mm, and the places where it stood at less.
     sunk: f64,
     places: VecDeque<(Point, f64)>,
-    /// The axis while the region without edges covers one place: places that lie apart, and what was sunk when it came there.
+    /// The axis while the region without edges covers one place: places that lie apart, and what was sunk
+    /// when it came there.
     covered: VecDeque<(Point, f64)>,
 }
 
@@ -221,7 +227,8 @@ impl PlungeWatch {
         };
         let r = core.max_radius();
         let area = area(r, aside);
-        // A layer that is thinner than a cell is seen by the rays along the axis alone, and volumes are means over three sets of rays.
+        // A layer that is thinner than a cell is seen by the rays along the axis alone, and volumes are means
+        // over three sets of rays.
         let in_material = (SETS * met.volume_mm3 / area).min(down);
         let region = tool.dead_center.unwrap_or(USUAL_DEAD_CENTER * radius);
         let parts = (aside / (STEP * region)).ceil().clamp(1.0, MOST_PARTS);
@@ -247,7 +254,8 @@ impl PlungeWatch {
         })
     }
 
-    /// Takes a place of the axis, and gives what was sunk when the region of this radius came over a place that it still covers.
+    /// Takes a place of the axis, and gives what was sunk when the region of this radius came over a place
+    /// that it still covers.
     fn cover(&mut self, at: &ToolPose, radius: f64) -> f64 {
         let across = |p: &Point, q: &Point| {
             let off = p - q;
@@ -274,8 +282,8 @@ impl PlungeWatch {
     }
 }
 
-/// Radius of the least circle round places, across the axis: its middle goes to the farthest place by less and less (Badoiu and Clarkson,
-/// *Smaller core-sets for balls*, 2003).
+/// Radius of the least circle round places, across the axis: its middle goes to the farthest place by less
+/// and less (Badoiu and Clarkson, *Smaller core-sets for balls*, 2003).
 fn farthest_from_middle(places: &VecDeque<(Point, f64)>, across: impl Fn(&Point, &Point) -> f64) -> f64 {
     let Some(mut middle) = places.front().map(|(p, _)| *p) else { return 0.0 };
     let mut least = f64::INFINITY;
@@ -415,7 +423,8 @@ mod tests {
         for dead in [1.0, 2.5, 4.0] {
             for radius in [0.5, 0.8, 1.3, 2.0, 5.0, 8.0] {
                 let judged = of(Some(dead), dead * radius, 6.0);
-                // Six turns at 6 degrees are 4 radii of the helix, and the ramp of 10 degrees leaves 0.7 radii of the region.
+                // Six turns at 6 degrees are 4 radii of the helix, and the ramp of 10 degrees leaves 0.7
+                // radii of the region.
                 let covers = radius < 1.0;
                 assert_eq!(is_fault(judged), covers, "{dead} {radius}: {judged:?}");
             }

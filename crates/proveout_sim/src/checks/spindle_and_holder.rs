@@ -136,8 +136,8 @@ impl Cutters {
         self.0.get(tool).and_then(|t| t.core.first())
     }
 
-    /// Adds the sweeps of a piece, whose place in the batch is `index`: the cutter removes, the rest is probed against what the cutter has
-    /// left.
+    /// Adds the sweeps of a piece, whose place in the batch is `index`: the cutter removes, the rest is
+    /// probed against what the cutter has left.
     ///
     /// A cutter removes material at rapid rate too, so that one crash is one finding and does not
     /// spoil what follows; the finding says that it was a rapid.

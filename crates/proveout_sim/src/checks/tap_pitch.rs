@@ -1,9 +1,10 @@
 //! Whether a tap goes forward by its pitch in a revolution.
 //!
-//! A tap pulls itself into its thread: where the feed leads it by another way, its flanks cut the thread away, or it breaks. What it goes
-//! forward in a revolution is the feed of the block over the speed of the spindle. A path that is coupled to the spindle has no room for
-//! another pitch but that of rounding: 1 percent is 0.12 of a pitch over a thread of one and a half diameters in a coarse size (chosen). A feed
-//! in time needs a chuck that gives way, and is often programmed a little slower: 10 percent (chosen).
+//! A tap pulls itself into its thread: where the feed leads it by another way, its flanks cut the thread
+//! away, or it breaks. What it goes forward in a revolution is the feed of the block over the speed of the
+//! spindle. A path that is coupled to the spindle has no room for another pitch but that of rounding: 1
+//! percent is 0.12 of a pitch over a thread of one and a half diameters in a coarse size (chosen). A feed in
+//! time needs a chuck that gives way, and is often programmed a little slower: 10 percent (chosen).
 
 use proveout_controller::BlockRecord;
 use proveout_tool::{Tool, ToolLibrary};
@@ -29,7 +30,8 @@ pub(crate) fn unknown(tools: &ToolLibrary, used: &[ToolUse]) -> Vec<String> {
     tools.tools.iter().filter(bare).filter(has_cut).map(words).collect()
 }
 
-/// The finding of a block in which a tap has cut with the spindle at `speed_rpm`; none where its way fits its pitch, or it is no tap.
+/// The finding of a block in which a tap has cut with the spindle at `speed_rpm`; none where its way fits its
+/// pitch, or it is no tap.
 pub(crate) fn finding(tool: &Tool, block: &BlockRecord, speed_rpm: f64) -> Option<Finding> {
     let pitch = tool.thread?.pitch;
     if speed_rpm <= 0.0 || block.feed <= 0.0 {

@@ -1,7 +1,7 @@
 //! What taps have cut outside of the core holes of a design.
 //!
-//! A design has the core hole of a thread, or its outer diameter, seldom the thread itself. A tap cuts as the cylinder round its teeth, so
-//! that in a design with the core hole a ring is missing that is no fault:
+//! A design has the core hole of a thread, or its outer diameter, seldom the thread itself. A tap cuts as the
+//! cylinder round its teeth, so that in a design with the core hole a ring is missing that is no fault:
 //!
 //! ```text
 //!        outer     core          axis of the stroke

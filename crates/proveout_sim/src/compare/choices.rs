@@ -7,8 +7,9 @@
 //! (plan, re-scheduling, machine's limits) and runs their motion, no stock. Values that depend on
 //! the cut part are not varied; the report says so.
 //!
-//! *Judgement.* The published value lies between the least and the largest that choices, draws and twin have given: `reproduced` if ours has its sign
-//! in all of them and one choice or the twin alone comes as far; `possible` if the sign turns, or only draws come as far; `not` outside.
+//! *Judgement.* The published value lies between the least and the largest that choices, draws and twin have
+//! given: `reproduced` if ours has its sign in all of them and one choice or the twin alone comes as far;
+//! `possible` if the sign turns, or only draws come as far; `not` outside.
 
 use std::{
     borrow::Cow,
@@ -152,7 +153,8 @@ fn draws(file: &CompareFile) -> Vec<Try> {
 #[derive(Debug)]
 pub(super) struct Tried {
     pub(super) told: Choices,
-    /// Values of the published rows over the choices alone and over the draws; none where a row is not known without a cut.
+    /// Values of the published rows over the choices alone and over the draws; none where a row is not known
+    /// without a cut.
     alone: Vec<Option<[f64; 2]>>,
     drawn: Vec<Option<[f64; 2]>>,
 }

@@ -1,14 +1,17 @@
-//! How deep a program cuts along its lines: from the poses of the cutter that cut the part, by the nearest point of the closed form.
+//! How deep a program cuts along its lines: from the poses of the cutter that cut the part, by the nearest
+//! point of the closed form.
 //!
-//! A ball touches the surface that it leaves where its center comes nearest to the design: the distance of the two less the radius is what stays
-//! there, exactly, whatever rays see of the groove. With the material that the raw blade has more than the design, the depth of the cut is
+//! A ball touches the surface that it leaves where its center comes nearest to the design: the distance of
+//! the two less the radius is what stays there, exactly, whatever rays see of the groove. With the material
+//! that the raw blade has more than the design, the depth of the cut is
 //!
 //! ```text
 //!   depth = allowance - (|center - nearest point| - radius)        below zero: the ball is outside of the raw blade
 //! ```
 //!
-//! at the end of every piece of the motion, weighed with the way of the tip along it. The pieces are those that cut the part: with drives in the
-//! loop, the actual ones. A line is one run in feed; its ends are left out with the rest of what is no cutting stretch.
+//! at the end of every piece of the motion, weighed with the way of the tip along it. The pieces are those
+//! that cut the part: with drives in the loop, the actual ones. A line is one run in feed; its ends are left
+//! out with the rest of what is no cutting stretch.
 
 use super::result::Depth;
 use crate::{
@@ -43,7 +46,8 @@ pub(super) fn depth_of(motion: &Motion, stretch: &[std::ops::Range<usize>]) -> O
     })
 }
 
-/// Sums over places, weighed with their ways. The square's mean is taken from a middle near all depths, so that no digits are lost.
+/// Sums over places, weighed with their ways. The square's mean is taken from a middle near all depths, so
+/// that no digits are lost.
 #[derive(Default)]
 struct Sums {
     places: u64,

@@ -343,8 +343,9 @@ fn axis_gains(base: &ProgramFigures, own: &ProgramFigures) -> BTreeMap<String, A
     pairs.map(gain).collect()
 }
 
-/// Fail beats unchecked beats pass, over the programs (those that must pass, where the scene lists them), the criteria, and the published values that the scene gives a band: a
-/// value without one is shown and not judged.
+/// Fail beats unchecked beats pass, over the programs (those that must pass, where the scene lists them), the
+/// criteria, and the published values that the scene gives a band: a value without one is shown and not
+/// judged.
 pub(super) fn overall(comparison: &Comparison, must_pass: Option<&[String]>) -> State {
     let counts = |name: &String| must_pass.is_none_or(|names| names.contains(name));
     let programs = comparison.programs.iter().filter(|(name, _)| counts(name)).map(|(_, p)| p.verdict);

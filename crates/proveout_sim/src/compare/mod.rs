@@ -6,9 +6,10 @@
 //!   nothing written   of all programs, nominal and with one parameter changed; no stock
 //! ```
 //!
-//! The gain of a program is a difference of two times on the same twin; its error comes from running the motion of all
-//! programs again with one parameter changed at a time ([`Variation`], [`TimeGain`]). Motion needs no stock, so that this costs little, and
-//! a program that the control cannot execute is refused before the first stock is cut.
+//! The gain of a program is a difference of two times on the same twin; its error comes from running the
+//! motion of all programs again with one parameter changed at a time ([`Variation`], [`TimeGain`]). Motion
+//! needs no stock, so that this costs little, and a program that the control cannot execute is refused before
+//! the first stock is cut.
 //!
 //! Everything in [`Comparison`] follows from the inputs: same inputs, same bytes at any thread count.
 //!
@@ -104,7 +105,8 @@ pub struct CompareChoice {
     pub resolution_mm: Option<f64>,
     /// Dynamics of all programs instead of those of the scene.
     pub dynamics: Option<DynamicsFile>,
-    /// Leaves the choices of the scene out, which take most of the time: published values have no range then, and the comparison does not pass.
+    /// Leaves the choices of the scene out, which take most of the time: published values have no range then,
+    /// and the comparison does not pass.
     pub without_choices: bool,
 }
 
@@ -190,7 +192,8 @@ impl Comparing {
     /// Reads a scene and all its programs; nothing is run yet.
     ///
     /// # Errors
-    /// [`SimError`] with place and remedy: nothing to compare, an unknown baseline, or what keeps a program from being read.
+    /// [`SimError`] with place and remedy: nothing to compare, an unknown baseline, or what keeps a program
+    /// from being read.
     pub fn read(path: &Path, choice: &CompareChoice) -> Result<Self, SimError> {
         let scene = Scene::read(path)?;
         let names: Vec<String> = scene.file.program.iter().map(|p| p.name.clone()).collect();
@@ -340,7 +343,8 @@ impl Comparing {
         }
     }
 
-    /// Time, bound and gap of the stretches of a made program, and what it gains over velocity limits; nothing where there is no bound.
+    /// Time, bound and gap of the stretches of a made program, and what it gains over velocity limits;
+    /// nothing where there is no bound.
     fn gaps(&self, entry: &Entry) -> Vec<Gap> {
         let source = entry.made.as_ref().and_then(|(_, _, from)| self.entries.iter().find(|e| e.name == *from));
         let (Some(new), Some(old)) = (entry.motion.as_ref(), source.and_then(|s| s.motion.as_ref())) else {
@@ -454,8 +458,8 @@ impl Comparing {
         Some(Schedule::head(prepared)?.with(&entry.runs, &entry.case.machine, motions, entry.bounds.clone()))
     }
 
-    /// Begin and end of a program's cutting stretch, and of the part of it that is shown closely, s of the program; none
-    /// before [`Self::vary`] and where there is no stretch.
+    /// Begin and end of a program's cutting stretch, and of the part of it that is shown closely, s of the
+    /// program; none before [`Self::vary`] and where there is no stretch.
     pub fn windows(&self, name: &str) -> Option<[[f64; 2]; 2]> {
         let entry = self.entries.iter().find(|e| e.name == name)?;
         windows(entry.motion.as_ref()?, self.file.run_ends_s, self.file.shown_s)

@@ -68,13 +68,13 @@ pub struct PartPicture {
     pub mesh: TriMesh,
     /// Unit normals at its vertices.
     pub normals: Vec<Vector>,
-    /// Deviation from the design at its vertices, mm, of every program in the order of the scene; not a number where nothing
-    /// is judged.
+    /// Deviation from the design at its vertices, mm, of every program in the order of the scene; not a
+    /// number where nothing is judged.
     pub deviation: Vec<Vec<f64>>,
     /// Deviation less that of the baseline; empty for the baseline.
     pub difference: Vec<Vec<f64>>,
-    /// Arc length on the section and height of the judged vertices, or lengths on the lines of their face, mm, not a number for the others; empty
-    /// where the design is no blade.
+    /// Arc length on the section and height of the judged vertices, or lengths on the lines of their face,
+    /// mm, not a number for the others; empty where the design is no blade.
     pub unrolled: Vec<[f64; 2]>,
 }
 

@@ -99,12 +99,12 @@ fn channels(study: &Study) -> Vec<ChannelShown> {
 }
 
 impl Rescheduling<'_> {
-    /// The new program in a language, with how far it is from the best schedule. In the language of the 840D its text is the one that a
-    /// run of the entry makes and keeps.
+    /// The new program in a language, with how far it is from the best schedule. In the language of the 840D
+    /// its text is the one that a run of the entry makes and keeps.
     ///
     /// # Errors
-    /// As [`rescheduled`], what keeps machine, tools and part from being read, or what keeps the control from running the new program:
-    /// travel of a linear joint, for one.
+    /// As [`rescheduled`], what keeps machine, tools and part from being read, or what keeps the control from
+    /// running the new program: travel of a linear joint, for one.
     pub fn remade(&self, scene: &Scene, dialect: Dialect) -> Result<Remade, SimError> {
         let tools = ToolLibrary::read(&scene.resolve(&scene.file.tools))?;
         let mut machine = Machine::read(&scene.resolve(self.entry.machine.as_ref().unwrap_or(&scene.file.machine)))?;

@@ -58,7 +58,8 @@ pub(crate) struct Motions<'a> {
 }
 
 impl Schedule {
-    /// The schedule of a program that is ready to run; none where it is not re-scheduled. Runs the motion of both programs.
+    /// The schedule of a program that is ready to run; none where it is not re-scheduled. Runs the motion of
+    /// both programs.
     pub(crate) fn of_prepared(prepared: &Prepared) -> Option<Self> {
         let made = prepared.made.as_ref().filter(|made| !made.runs.is_empty())?;
         let head = Self::head(prepared)?;
@@ -184,7 +185,8 @@ fn demand(blocks: &[FeedBlock], joint: usize) -> Demand {
     Demand { position, velocity, acceleration }
 }
 
-/// A curve whose abscissa is the way along the stretch, at the blocks: the curves of a method that have a point for each block say where blocks lie.
+/// A curve whose abscissa is the way along the stretch, at the blocks: the curves of a method that have a
+/// point for each block say where blocks lie.
 fn along(curve: &StudyCurve, all: &[StudyCurve], stretch: &Range<usize>) -> Option<MethodCurve> {
     if curve.units[0] != "mm" || curve.points.is_empty() {
         return None;

@@ -1,7 +1,8 @@
 //! Tool axes before and after on the Gauss sphere, seen along an axis of the table frame.
 //!
-//! Every axis is drawn at its angle from the middle and in its direction about it (equidistant azimuthal projection), in degrees, so that ways from the middle have their
-//! true length. The middle is that of the six directions of the frame from which all axes are least far.
+//! Every axis is drawn at its angle from the middle and in its direction about it (equidistant azimuthal
+//! projection), in degrees, so that ways from the middle have their true length. The middle is that of the
+//! six directions of the frame from which all axes are least far.
 
 use std::f64::consts::TAU;
 

@@ -11,8 +11,8 @@ pub(crate) const SCALLOP_RULE: &str = "Where the scene sets `scallop_um`: height
 
 /// Fills in the scallop where the run has not evaluated it.
 ///
-/// The material left over the design is the scallop only where the whole judged area was cut: a point that is still skin of
-/// the stock was not reached, and its height is an allowance. Then nothing is filled in.
+/// The material left over the design is the scallop only where the whole judged area was cut: a point that is
+/// still skin of the stock was not reached, and its height is an allowance. Then nothing is filled in.
 pub(crate) fn scallop(surface: &Surface, map: &SurfaceMap, judged: bool) -> Surface {
     let mut out = surface.clone();
     if out.scallop_max_um.is_some() || !judged {
@@ -78,8 +78,8 @@ mod tests {
 
     #[test]
     fn turns_of_a_ball_leave_their_closed_form() {
-        // A ball of 8 mm at 1 mm pitch over a plane: h(x) = 8 - sqrt(64 - x^2), |x| <= 0.5; mean of x^2 / 16 is 1 / 192 mm
-        // but for the fourth order, which adds less than 0.1 percent.
+        // A ball of 8 mm at 1 mm pitch over a plane: h(x) = 8 - sqrt(64 - x^2), |x| <= 0.5; mean of x^2 / 16
+        // is 1 / 192 mm but for the fourth order, which adds less than 0.1 percent.
         let n = 20_000;
         let points: Vec<MapPoint> = (0..=n)
             .map(|i| {

@@ -1,17 +1,19 @@
 //! The error of a gain.
 //!
-//! A gain is the difference of two predicted times on the same twin, so that most of what is wrong with the twin is wrong
-//! with both times and falls out. What is left is found by changing one parameter of the twin at a time and taking the gain
-//! again; `d` is the largest change of the gain over the values that a parameter was given.
+//! A gain is the difference of two predicted times on the same twin, so that most of what is wrong with the
+//! twin is wrong with both times and falls out. What is left is found by changing one parameter of the twin
+//! at a time and taking the gain again; `d` is the largest change of the gain over the values that a
+//! parameter was given.
 //!
-//! *Numerical parameters* (tolerances of the computation, window, cycle) have a true answer that their refinement tends to.
-//! Their errors have unknown but fixed signs and need not be independent: they add up, `n = sum of |d|`.
+//! *Numerical parameters* (tolerances of the computation, window, cycle) have a true answer that their
+//! refinement tends to. Their errors have unknown but fixed signs and need not be independent: they add up,
+//! `n = sum of |d|`.
 //!
-//! *Model parameters* (joint limits, path tolerance, dynamics) are known only to lie in a range; `d` is the half width of
-//! what that range makes of the gain. For a quantity of which only bounds are known the standard uncertainty is
-//! `d / sqrt 3` (rectangular distribution: JCGM 100:2008, GUM, 4.3.7), independent parameters combine as the root of the
-//! sum of squares (GUM 5.1.2, eq. 10), and coverage factor 2 (about 95 percent, GUM 6.3.3) gives
-//! `m = 2 sqrt(sum of d^2 / 3)`.
+//! *Model parameters* (joint limits, path tolerance, dynamics) are known only to lie in a range; `d` is the
+//! half width of what that range makes of the gain. For a quantity of which only bounds are known the
+//! standard uncertainty is `d / sqrt 3` (rectangular distribution: JCGM 100:2008, GUM, 4.3.7), independent
+//! parameters combine as the root of the sum of squares (GUM 5.1.2, eq. 10), and coverage factor 2 (about 95
+//! percent, GUM 6.3.3) gives `m = 2 sqrt(sum of d^2 / 3)`.
 //!
 //! The error is `n + m`. It says how far the gain on this twin can be trusted when the machine is
 //! of the modeled kind with limits in the stated ranges. What no parameter represents (the cut,

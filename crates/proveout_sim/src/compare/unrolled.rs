@@ -1,4 +1,5 @@
-//! The side of a blade laid flat: arc length of the section to the right, height upward; any other surface by the lengths of its lines.
+//! The side of a blade laid flat: arc length of the section to the right, height upward; any other surface by
+//! the lengths of its lines.
 
 use std::f64::consts::TAU;
 
@@ -21,7 +22,8 @@ pub(crate) fn of_shape(shape: &Shape, points: &[Point], wanted: impl Fn(usize) -
     }
 }
 
-/// Lengths, mm, to the foot of each point: along the line of constant v from the beginning of u, and along the line of constant u from the beginning of v.
+/// Lengths, mm, to the foot of each point: along the line of constant v from the beginning of u, and along
+/// the line of constant u from the beginning of v.
 fn by_its_lines(
     surface: &dyn ParametricSurface,
     points: &[Point],
@@ -71,8 +73,8 @@ fn by_its_lines(
     points.par_iter().enumerate().map(place).collect()
 }
 
-/// Arc length on the outline of the section and height (both mm) of points near the blade's side; not a number for those
-/// that are not wanted.
+/// Arc length on the outline of the section and height (both mm) of points near the blade's side; not a
+/// number for those that are not wanted.
 ///
 /// The twist is taken back about the X axis, so that one outline serves every height.
 pub(crate) fn unrolled(blade: &Blade, points: &[Point], wanted: impl Fn(usize) -> bool + Sync) -> Vec<[f64; 2]> {
@@ -100,7 +102,8 @@ mod tests {
 
     #[test]
     fn points_of_other_surfaces_come_back_to_the_lengths_of_their_lines() {
-        // Ruled: lengths along u are u itself from its beginning; along v a helix of radius hypot(d, w), whose slope is known.
+        // Ruled: lengths along u are u itself from its beginning; along v a helix of radius hypot(d, w),
+        // whose slope is known.
         let cui = Cui::stand_in();
         let surface = ClosedSurface::new(cui);
         let places: Vec<[f64; 2]> = (0..60).map(|i| [-2.9 + 0.09 * f64::from(i), -59.0 + 1.9 * f64::from(i)]).collect();

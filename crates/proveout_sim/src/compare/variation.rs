@@ -5,8 +5,8 @@ use proveout_controller::{Dynamics, servo::without_drive};
 use super::uncertainty::VariationKind;
 use crate::prepare::motion_only::MotionCase;
 
-/// Range in which a limit of a joint is known: what a machine is set to in the workshop and what its data sheet says differ
-/// by about a tenth.
+/// Range in which a limit of a joint is known: what a machine is set to in the workshop and what its data
+/// sheet says differ by about a tenth.
 const LIMIT_RANGE: f64 = 0.1;
 
 /// What is changed.
@@ -33,7 +33,8 @@ pub(crate) struct TwinVariation {
     change: Change,
 }
 
-/// The twin with the limits of the machine itself in place of those that the scene sets: another twin, not an error of this one.
+/// The twin with the limits of the machine itself in place of those that the scene sets: another twin, not an
+/// error of this one.
 pub(crate) fn own_limits() -> TwinVariation {
     TwinVariation {
         name: "limits of the machine itself".into(),
@@ -82,8 +83,9 @@ pub(crate) fn variations(nominal: Dynamics) -> Vec<TwinVariation> {
 }
 
 impl TwinVariation {
-    /// Whether the times of the set points can be others. Pieces cut a motion that is planned, and without drives rounded corners are run at the times of
-    /// the programmed ones (`proveout_controller`: one law for both).
+    /// Whether the times of the set points can be others. Pieces cut a motion that is planned, and without
+    /// drives rounded corners are run at the times of the programmed ones (`proveout_controller`: one law for
+    /// both).
     pub(crate) fn changes_law(&self, case: &MotionCase) -> bool {
         let planned = case.settings.dynamics != Dynamics::Servo;
         match self.change {

@@ -89,7 +89,8 @@ impl<'a> BodyCheck<'a> {
             self.world.set_tool(state.tool.and_then(|t| self.prepared.tools.tools.get(t)));
         }
         let [from, to] = &piece.joints;
-        // The bodies follow the joints straight, and leave that by the deviation of the joints; that of the tool is held as well.
+        // The bodies follow the joints straight, and leave that by the deviation of the joints; that of the
+        // tool is held as well.
         let (slack, off) = (piece.deviation + self.errors, &piece.joint_deviation);
         // Between its quarters the joints bound all bodies, the tool among them.
         let finer = piece.finer.map(|finer| {
@@ -127,7 +128,8 @@ impl<'a> BodyCheck<'a> {
             all.iter().filter(|l| !l.neighbors || l.measured.is_some_and(|m| m < infos[l.pair].near_miss)).map(pair);
         let counted = counted.chain(against.iter().filter(|p| p.min_mm.is_some()).cloned());
         let least = counted.min_by(|a, b| a.min_mm.unwrap_or(f64::MAX).total_cmp(&b.min_mm.unwrap_or(f64::MAX)));
-        // No pair of bodies is nearer than what is proved of it. Against the stock more is not asked than whether the clearance is kept.
+        // No pair of bodies is nearer than what is proved of it. Against the stock more is not asked than
+        // whether the clearance is kept.
         let proved = all.iter().filter(|l| !l.neighbors).map(|l| l.proved).fold(f64::INFINITY, f64::min);
         let proved = least.as_ref().map_or(proved, |l| proved.min(l.proved_mm));
         let pairs: Vec<PairClearance> = all.iter().map(pair).chain(against).collect();
@@ -260,7 +262,8 @@ impl<'a> BodyCheck<'a> {
     }
 }
 
-/// A length that no point of machine, setup or tool is farther than from any line of a joint, and no slide is farther out, mm.
+/// A length that no point of machine, setup or tool is farther than from any line of a joint, and no slide is
+/// farther out, mm.
 fn reach_of(machine: &Machine, prepared: &Prepared) -> f64 {
     let fixtures = prepared.fixtures.iter().map(|(_, mesh)| mesh);
     let points = machine.bodies.iter().map(|b| &b.mesh).chain(fixtures).flat_map(|mesh| &mesh.positions);

@@ -21,7 +21,8 @@ pub(crate) struct StockNear {
     pub(crate) clear: usize,
     /// So much nearer than the nearest ray may material be, mm.
     pub(crate) unseen_mm: f64,
-    /// Bodies that lie against the table's face, and the height of the layer of material on it that counts for nothing against them, mm.
+    /// Bodies that lie against the table's face, and the height of the layer of material on it that counts
+    /// for nothing against them, mm.
     pub(crate) flush: Vec<String>,
     pub(crate) layer_mm: f64,
     /// Bodies that move as one with the stock.

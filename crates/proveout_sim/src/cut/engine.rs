@@ -376,8 +376,8 @@ impl<'a> Engine<'a> {
         let mib = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         let rays: f64 = stocks().map(|s| s.rays() as f64).sum();
         let intervals = stocks().map(|s| s.intervals_per_ray() * s.rays() as f64).sum::<f64>() / rays.max(1.0);
-        // It may go on as it did over the lines that are left. Half is added: lines are no measure of what they remove, and the last
-        // one that is known may lie ahead of what was cut.
+        // It may go on as it did over the lines that are left. Half is added: lines are no measure of what
+        // they remove, and the last one that is known may lie ahead of what was cut.
         let line = self.places.iter().rev().flatten().next().map_or(1, |p| p.1);
         let done = f64::from(line) / f64::from(self.prepared.program_lines.max(1));
         let at_end = 1.0 + (intervals - 1.0).max(0.0) / done.clamp(0.02, 1.0);

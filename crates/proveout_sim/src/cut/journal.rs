@@ -1,9 +1,10 @@
 //! The journal of a run: what its sweeps did, so that a run that was stopped goes on where it was.
 //!
-//! A run is decided by its inputs. What takes its time over and over is the cutting, and that is written down, call by call of the sweeps.
-//! A run that goes on plans its motion, follows its bodies and judges as any other run does; only where it would cut, it takes what the
-//! journal says, until that ends. So everything besides the stock is in the state in which it was because it was brought there in
-//! the same way, and the run folder has the same bytes as that of a run that was never stopped.
+//! A run is decided by its inputs. What takes its time over and over is the cutting, and that is written
+//! down, call by call of the sweeps. A run that goes on plans its motion, follows its bodies and judges as
+//! any other run does; only where it would cut, it takes what the journal says, until that ends. So
+//! everything besides the stock is in the state in which it was because it was brought there in the same way,
+//! and the run folder has the same bytes as that of a run that was never stopped.
 //!
 //! ```text
 //!   a line of text   PROVEOUT-JOURNAL 1

@@ -1,8 +1,9 @@
 //! Bodies of machine and setup against the stock while it is cut.
 //!
-//! A stretch is cut in one go, so that the sweeps run in parallel. The bodies are asked first, against the stock at its begin: material only
-//! goes away, so that what is clear then is clear. Where a body would come too near in piece k, the pieces before k are cut and the rest is
-//! asked again: what the cutter has taken by then is no obstacle.
+//! A stretch is cut in one go, so that the sweeps run in parallel. The bodies are asked first, against the
+//! stock at its begin: material only goes away, so that what is clear then is clear. Where a body would come
+//! too near in piece k, the pieces before k are cut and the rest is asked again: what the cutter has taken by
+//! then is no obstacle.
 //!
 //! ```text
 //!   pieces   0 . . . . k . . . . . n

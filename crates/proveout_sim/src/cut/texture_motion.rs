@@ -2,23 +2,25 @@
 //!
 //! # Time
 //!
-//! Heights of the envelope do not depend on time. Teeth leave their marks where they are when they are there, so that a piece of motion
-//! has to run at its own speed:
+//! Heights of the envelope do not depend on time. Teeth leave their marks where they are when they are there,
+//! so that a piece of motion has to run at its own speed:
 //!
-//! * `ideal`: a motion in feed takes its programmed length over its programmed feed, without ramps; everything else (rapid motion, dwell,
-//!   tool changes) takes the time that the control plans for it.
+//! * `ideal`: a motion in feed takes its programmed length over its programmed feed, without ramps;
+//!   everything else (rapid motion, dwell, tool changes) takes the time that the control plans for it.
 //! * `planned`, `servo`: the time of the samples. A piece along which they do not run evenly is cut
 //!   at samples until the tip is nowhere more than [`UNEVEN_MM`] off its place in time.
 //!
 //! # Spindle
 //!
-//! It turns with the speed of its S word, M3 negative and M4 positive about the axis from tip to holder, without ramps, and goes on turning
-//! over stops, so that one unknown angle is left for each tool. Zero of the angle is the x axis of the spindle's housing.
+//! It turns with the speed of its S word, M3 negative and M4 positive about the axis from tip to holder,
+//! without ramps, and goes on turning over stops, so that one unknown angle is left for each tool. Zero of
+//! the angle is the x axis of the spindle's housing.
 //!
 //! # Memory
 //!
-//! Pieces are kept when the cutter comes near a patch: its cylinder against a ball round the patch, in steps along the piece. A kept piece
-//! takes some 250 bytes; beyond [`MOST_PIECES`] no more are kept, and no patch is evaluated.
+//! Pieces are kept when the cutter comes near a patch: its cylinder against a ball round the patch, in steps
+//! along the piece. A kept piece takes some 250 bytes; beyond [`MOST_PIECES`] no more are kept, and no patch
+//! is evaluated.
 
 use std::collections::VecDeque;
 
@@ -398,8 +400,8 @@ fn housing(x: &Vector, z: &Vector) -> [Vector; 3] {
     [x, z.cross(&x), *z]
 }
 
-/// The rotation that takes one frame to another: unit direction times angle. For R = B A^T, its antisymmetric part is the direction times the
-/// sine, its trace 1 + 2 cos.
+/// The rotation that takes one frame to another: unit direction times angle. For R = B A^T, its antisymmetric
+/// part is the direction times the sine, its trace 1 + 2 cos.
 fn turn(a: &[Vector; 3], b: &[Vector; 3]) -> Vector {
     let twice_sine: Vector = (0..3).map(|k| a[k].cross(&b[k])).sum();
     let trace: f64 = (0..3).map(|k| a[k].dot(&b[k])).sum();

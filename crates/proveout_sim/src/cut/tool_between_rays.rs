@@ -1,9 +1,10 @@
 //! What the rays of the stock do not see of the tool, decided on the raw stock's form and the cuts themselves.
 //!
-//! After a stretch is cut, every sweep that must not meet material and of which no ray said so is asked again ([`BetweenRays`]): first all
-//! of them at once against the stock before the stretch (material only goes away), then those that are in doubt one by one, each
-//! against the stock as it stood when it came. Cuts in feed with the spindle on are taken into the true stock as they come; a motion in
-//! which the cutter must not cut is taken in only where it was found to do so, so that a run of such motions is judged against the
+//! After a stretch is cut, every sweep that must not meet material and of which no ray said so is asked again
+//! ([`BetweenRays`]): first all of them at once against the stock before the stretch (material only goes
+//! away), then those that are in doubt one by one, each against the stock as it stood when it came. Cuts in
+//! feed with the spindle on are taken into the true stock as they come; a motion in which the cutter must not
+//! cut is taken in only where it was found to do so, so that a run of such motions is judged against the
 //! stock before it.
 
 use std::{collections::BTreeMap, sync::Arc};
@@ -92,8 +93,8 @@ impl BetweenWatch {
         self.gone = self.gone.max(bounds.len());
     }
 
-    /// Looks at the sweeps of a stretch and writes into their reports what the rays have not seen; gives the numbers of those reports.
-    /// `cell` is the longest edge of a cell of the stock, mm.
+    /// Looks at the sweeps of a stretch and writes into their reports what the rays have not seen; gives the
+    /// numbers of those reports. `cell` is the longest edge of a cell of the stock, mm.
     pub(crate) fn look(
         &mut self,
         sweeps: &Sweeps<'_>,

@@ -1,9 +1,10 @@
 //! `manifest.json`: every file that a run has opened and written, with size and SHA-256, so that a
 //! run folder can be checked against what it was, and its inputs against what they are now.
 //!
-//! Paths of inputs are relative to the folder of the scene, and the scene's folder to that of the run, so that the manifest is the same from
-//! wherever the run was started. `run.json` differs from run to run (time, memory, the call): it is named without a digest, and [`verify`] says
-//! so. A recording has a digest: its bytes are not the same in two runs, but they are those of this one.
+//! Paths of inputs are relative to the folder of the scene, and the scene's folder to that of the run, so
+//! that the manifest is the same from wherever the run was started. `run.json` differs from run to run (time,
+//! memory, the call): it is named without a digest, and [`verify`] says so. A recording has a digest: its
+//! bytes are not the same in two runs, but they are those of this one.
 
 use std::{
     collections::BTreeMap,
@@ -43,7 +44,8 @@ pub struct Manifest {
     pub manifest_version: u32,
     /// Program and version that wrote it.
     pub made_by: String,
-    /// Folder of the scene (of a job: that of the job), from the folder of this file; none in manifests of the first layout.
+    /// Folder of the scene (of a job: that of the job), from the folder of this file; none in manifests of
+    /// the first layout.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<String>,
     /// Files that were opened.
@@ -176,7 +178,8 @@ impl Manifest {
         files.chain(self.without_digest.iter().map(String::as_str)).chain([MANIFEST, SIGNATURE])
     }
 
-    /// What keeps it from being evidence: it covers no verdict, names no inputs, or leaves a file without a digest that has to have one.
+    /// What keeps it from being evidence: it covers no verdict, names no inputs, or leaves a file without a
+    /// digest that has to have one.
     fn hollow(&self) -> Option<String> {
         if !DECISIONS.iter().any(|name| self.digest_of(name).is_some()) {
             return Some(format!("it covers no {}", DECISIONS.join(", no ")));

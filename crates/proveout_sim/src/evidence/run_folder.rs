@@ -41,8 +41,8 @@ impl RunFolder {
     /// Makes the partial folder next to `place`.
     ///
     /// # Errors
-    /// When `place` holds something that is not a run folder with its manifest (it is then left alone), is a link to nothing, or
-    /// the system refuses.
+    /// When `place` holds something that is not a run folder with its manifest (it is then left alone), is a
+    /// link to nothing, or the system refuses.
     pub fn create(place: &Path) -> Result<Self, Error> {
         let place = followed(place)?;
         let name =

@@ -32,7 +32,8 @@ pub(crate) struct Design<'a> {
     pub(crate) reach: f64,
     /// Error of the design itself, mm.
     pub(crate) floor: f64,
-    /// Error of its mesh, mm, by which the rays are judged: as the scene states it, or as measured against the closed form.
+    /// Error of its mesh, mm, by which the rays are judged: as the scene states it, or as measured against
+    /// the closed form.
     pub(crate) solid_floor: f64,
     /// Chord error that the scene asks of the mesh of a closed form, mm.
     pub(crate) mesh_asked: Option<f64>,

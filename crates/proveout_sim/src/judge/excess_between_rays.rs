@@ -6,8 +6,9 @@
 //!   raw stock in closed form ────────────────┴─► design never cleared            (proveout_surface::uncut)
 //! ```
 //!
-//! Places where the rays have found a fault already are left to them. What cannot be decided is left out of the gate, with place and size:
-//! motion that was not kept, a search that took too long, room in front of the design that neither motion nor rays know.
+//! Places where the rays have found a fault already are left to them. What cannot be decided is left out of
+//! the gate, with place and size: motion that was not kept, a search that took too long, room in front of the
+//! design that neither motion nor rays know.
 
 use std::collections::HashSet;
 

@@ -21,7 +21,8 @@ const LEAST_PLAIN_MM3: f64 = 1e-3;
 /// The last of the six decimals that are written at most: what is smaller has no more.
 const SIX_DECIMALS: f64 = 1e-6;
 
-/// Findings for the areas beyond the tolerances, the worst first; the place in the program is the block that made the worst point.
+/// Findings for the areas beyond the tolerances, the worst first; the place in the program is the block that
+/// made the worst point.
 pub(crate) fn judge_areas(
     prepared: &Prepared,
     facts: &Facts,

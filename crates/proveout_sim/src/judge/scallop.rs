@@ -193,8 +193,8 @@ impl Measured {
 
 /// How well mean and 95th percentile are known, mm.
 ///
-/// Where each height is off by its own bound at most, both lie between those of the heights less and more by their bounds: each of the two
-/// rises when any height does.
+/// Where each height is off by its own bound at most, both lie between those of the heights less and more by
+/// their bounds: each of the two rises when any height does.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Known {
     pub(crate) mean: f64,

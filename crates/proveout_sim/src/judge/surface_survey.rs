@@ -1,7 +1,8 @@
 //! The cut part compared with its design, band by band: points to the observers, sums, areas and
 //! what is not known to the judge.
 //!
-//! Memory: the points of a band, the areas (bounded), and four bytes a point, from which the mesh gets its colors later.
+//! Memory: the points of a band, the areas (bounded), and four bytes a point, from which the mesh gets its
+//! colors later.
 
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_stock::{Patch, TriDexel};
@@ -58,7 +59,8 @@ pub(crate) struct Measured {
 pub(crate) struct Surveyed {
     pub(crate) shape: SurfaceShape,
     pub(crate) measured: Option<Measured>,
-    /// Deviation of each point of the stock, then of each patch, in the order of their points; not a number where it has none.
+    /// Deviation of each point of the stock, then of each patch, in the order of their points; not a number
+    /// where it has none.
     pub(crate) deviations: Vec<Vec<f32>>,
 }
 
@@ -80,8 +82,8 @@ pub(crate) struct Known<'a> {
 /// Receives the points.
 pub(crate) type ShowPoints<'a> = dyn FnMut(&PointBand<'_>) -> Result<(), SimError> + 'a;
 
-/// Measures the surface of the cut part where the scene has a design: in the windows of the patches on their points, elsewhere on
-/// those of the stock.
+/// Measures the surface of the cut part where the scene has a design: in the windows of the patches on their
+/// points, elsewhere on those of the stock.
 pub(crate) fn survey(
     prepared: &Prepared,
     stock: &TriDexel,
@@ -311,7 +313,8 @@ impl OfPart<'_> {
         points
     }
 
-    /// A point of a film: half of its thickness, where its ray goes through. One in the sheet would count it as wide as a cell.
+    /// A point of a film: half of its thickness, where its ray goes through. One in the sheet would count it
+    /// as wide as a cell.
     fn film_seed(&self, film: FinCrossing, band: &Band, point: usize, seed: &Seed) -> Seed {
         let axis = usize::from(band.points[point].axis);
         // Both ends of an interval are neighbors.
@@ -374,9 +377,9 @@ impl OfPart<'_> {
     }
 }
 
-/// The motion that answers for a gap: that of its end on the cut part (of the two the nearer one to its worst point). Where no
-/// material is left in the design on the ray, that of the material next to the gap, else the last one that took all
-/// material from the ray.
+/// The motion that answers for a gap: that of its end on the cut part (of the two the nearer one to its worst
+/// point). Where no material is left in the design on the ray, that of the material next to the gap, else the
+/// last one that took all material from the ray.
 fn maker(band: &Band, found: &FoundGap) -> Option<u32> {
     let FoundGap { gap, first_point, beside, last_to_empty, .. } = found;
     let of_point = |end: usize| band.points.get(first_point + end).and_then(|p| p.made_by);

@@ -64,7 +64,8 @@ pub struct LooseMotion {
     pub name: String,
     /// Its surface where it came off, table frame, mm.
     pub mesh: TriMesh,
-    /// Time, s, and motion since then in the table frame: applied to the mesh it gives the part at that time. Rising times.
+    /// Time, s, and motion since then in the table frame: applied to the mesh it gives the part at that time.
+    /// Rising times.
     pub track: Vec<(f64, Pose)>,
     /// It is no longer stock; otherwise it rests, or it is not known where it goes and this is one of its ways.
     pub gone: bool,

@@ -34,7 +34,8 @@ pub struct Setup<'a> {
     pub program_lines: u32,
     /// The text that runs, where it was made from another program.
     pub made: Option<&'a MadeProgram>,
-    /// Program files as findings and blocks name them, by the names under which they were opened; see [`crate::run::listing`].
+    /// Program files as findings and blocks name them, by the names under which they were opened; see
+    /// [`crate::run::listing`].
     pub sources: &'a BTreeMap<String, Arc<str>>,
     /// The machine.
     pub machine: &'a Machine,

@@ -54,7 +54,8 @@ pub struct ScheduledBlock {
 pub struct ScheduledJoint {
     /// Place in the machine.
     pub joint: usize,
-    /// Lowest and highest position over the blocks of the stretch; none where the joint has no choice or the method knows no channel.
+    /// Lowest and highest position over the blocks of the stretch; none where the joint has no choice or the
+    /// method knows no channel.
     pub channel: Option<Vec<[f64; 2]>>,
     /// Program before.
     pub original: Demand,

@@ -63,8 +63,9 @@ impl SurfaceShape {
 /// The cut part's surface: extracted mesh, and the exact points of the dexel ends with what was measured there.
 /// Workpiece frame, mm.
 ///
-/// Where the stock has patches, mesh and points inside of their windows are those of the patch: [`Self::mesh`] ends at the faces
-/// of the windows, where the mesh of a patch begins (their vertices there are not shared).
+/// Where the stock has patches, mesh and points inside of their windows are those of the patch:
+/// [`Self::mesh`] ends at the faces of the windows, where the mesh of a patch begins (their vertices there
+/// are not shared).
 #[derive(Clone, Debug, Default)]
 pub struct SurfaceMap {
     /// Extracted surface outside of the patches.
@@ -232,7 +233,8 @@ impl SurfaceMap {
     }
 }
 
-/// Some points of the surface of the cut part, in the fixed order of the stock, then of each patch. Workpiece frame, mm.
+/// Some points of the surface of the cut part, in the fixed order of the stock, then of each patch. Workpiece
+/// frame, mm.
 #[derive(Clone, Copy)]
 pub struct PointBand<'a> {
     /// Number of the patch that they are points of; none for the stock itself.
@@ -241,8 +243,8 @@ pub struct PointBand<'a> {
     pub points: &'a [MapPoint],
 }
 
-/// A part of the extracted surface: the meshes of the patches come first, then that of the stock, each band by band along x.
-/// Workpiece frame, mm.
+/// A part of the extracted surface: the meshes of the patches come first, then that of the stock, each band
+/// by band along x. Workpiece frame, mm.
 #[derive(Clone, Copy)]
 pub struct MeshPart<'a> {
     /// Number of the patch that it belongs to; none for the stock itself.
@@ -255,12 +257,11 @@ pub struct MeshPart<'a> {
     pub positions: &'a [Point],
     /// Outward unit normals.
     pub normals: &'a [Vector],
-    /// Signed deviation from the design at the vertices; not a number where no design surface applies; empty when there is no
-    /// design.
+    /// Signed deviation from the design at the vertices; not a number where no design surface applies; empty
+    /// when there is no design.
     pub deviations: &'a [f64],
-    /// Number of the motion piece, in the order of
-    /// [`Batch::pieces`](crate::observer::Batch::pieces), that made the surface at the vertex; none for the skin of the raw
-    /// stock; empty where it is not known.
+    /// Number of the motion piece, in the order of [`Batch::pieces`](crate::observer::Batch::pieces), that
+    /// made the surface at the vertex; none for the skin of the raw stock; empty where it is not known.
     pub made_by: &'a [Option<u32>],
     /// Triangles by the numbers of vertices in the whole mesh: those of this band and of the one before.
     pub triangles: &'a [[u32; 3]],

@@ -38,8 +38,8 @@ fn piece_tolerance(scene: &Scene) -> f64 {
     told.map_or_else(|| ControlSettings::default().piece_tolerance, |t| *t.get_ref())
 }
 
-/// Whether the length of a new tool counts without a word of the program: G43 controls want theirs. 840D, Klartext and its
-/// DIN/ISO form take the length with the tool, and CL data know nothing but the tip.
+/// Whether the length of a new tool counts without a word of the program: G43 controls want theirs. 840D,
+/// Klartext and its DIN/ISO form take the length with the tool, and CL data know nothing but the tip.
 pub(crate) fn length_active_after_change(dialect: Dialect) -> bool {
     match dialect {
         Dialect::Iso | Dialect::Fanuc | Dialect::Haas | Dialect::LinuxCnc => false,
@@ -47,8 +47,9 @@ pub(crate) fn length_active_after_change(dialect: Dialect) -> bool {
     }
 }
 
-/// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not compensated" in blocks with
-/// M91 or M92 (HEIDENHAIN, *Klartext programming*, "Programming machine-referenced coordinates").
+/// Whether the tool length counts in machine coordinates: on a TNC, "the tool length, however, is not
+/// compensated" in blocks with M91 or M92 (HEIDENHAIN, *Klartext programming*, "Programming
+/// machine-referenced coordinates").
 pub(crate) fn length_in_machine_coordinates(dialect: Dialect) -> bool {
     !matches!(dialect, Dialect::Heidenhain | Dialect::HeidenhainIso)
 }

@@ -9,9 +9,9 @@
 //!        +----------------------------------------------> time
 //! ```
 //!
-//! The largest of the stages counts, on top of what lasts: what the process holds already (machine, meshes, the program itself), the
-//! stock with its patches, and the list of blocks. Points and meshes of the surface pass in bands, so that the surface costs four bytes a
-//! point, a band, and the pictures, which are bounded.
+//! The largest of the stages counts, on top of what lasts: what the process holds already (machine, meshes,
+//! the program itself), the stock with its patches, and the list of blocks. Points and meshes of the surface
+//! pass in bands, so that the surface costs four bytes a point, a band, and the pictures, which are bounded.
 //!
 //! How many intervals of material a ray will hold is not known before the program has run. Counted
 //! are those of the raw stock and [`GROWTH`] more, as a mean over all rays, or those of the design
@@ -20,7 +20,8 @@
 //! ([`crate::SimError::Memory`]). The constants are the sizes of what is held, rounded up;
 //! `run.json` has the announced and the largest resident memory of every run.
 //!
-//! The history of a stock grows with what is removed, which is not known either: it is announced with the most that it may take.
+//! The history of a stock grows with what is removed, which is not known either: it is announced with the
+//! most that it may take.
 
 use std::fs;
 
@@ -54,14 +55,15 @@ const PART_TRIANGLE: f64 = 400.0;
 /// Bytes of a line of the program: its place, and the pieces of its motion.
 const LINE: f64 = 64.0;
 
-/// Pieces of a straight motion with its corner, and of any other (cone frustum: 10.4, blade root: 5.7): as many are kept where there is a design.
+/// Pieces of a straight motion with its corner, and of any other (cone frustum: 10.4, blade root: 5.7): as
+/// many are kept where there is a design.
 const PIECES_OF_STRAIGHT: f64 = 2.0;
 const PIECES_OF_CURVED: f64 = 12.0;
 
 const MIB: f64 = (1 << 20) as f64;
-/// Bodies for the collision check with their trees and, for neighbors, the skins that are checked (some 20 MiB for a machine of the tree),
-/// look-ahead of the control, a stretch of motion on its way, tables with their buffers: for a few lines, and for as many as a
-/// stretch holds.
+/// Bodies for the collision check with their trees and, for neighbors, the skins that are checked (some 20
+/// MiB for a machine of the tree), look-ahead of the control, a stretch of motion on its way, tables with
+/// their buffers: for a few lines, and for as many as a stretch holds.
 const MOTION: [f64; 2] = [28.0 * MIB, 82.0 * MIB];
 /// Page, tables and glTF files while they are written; the same with a recording; likewise.
 const FOLDER: [f64; 2] = [8.0 * MIB, 24.0 * MIB];
@@ -76,7 +78,8 @@ const BAND_RAY: f64 = 900.0;
 /// that such a face is one band as a whole, its mesh with the picture's open cells (1,429 x 1,429
 /// rays: 212 bytes each in addition to everything else; 2,000 x 2,000: 234).
 const FACE_RAY: f64 = 250.0;
-/// A triangle of a fixture in the collision check: its corners, and two nodes of a tree with boxes along its wall, bytes.
+/// A triangle of a fixture in the collision check: its corners, and two nodes of a tree with boxes along its
+/// wall, bytes.
 const BODY_TRIANGLE: f64 = 450.0;
 /// What a process holds, where the host does not report it.
 const PROCESS: u64 = 40 << 20;
@@ -144,7 +147,8 @@ pub(crate) fn of_stock(rays: f64, intervals: f64) -> f64 {
     rays * (RAY + INTERVAL * intervals)
 }
 
-/// Bytes of the largest stage on top of what lasts; `rays` of the stock and of each patch, and those of the stock that run `along_x`.
+/// Bytes of the largest stage on top of what lasts; `rays` of the stock and of each patch, and those of the
+/// stock that run `along_x`.
 pub(crate) fn of_stages(rays: &[f64], along_x: f64, intervals: f64, demand: &Demand<'_>) -> f64 {
     let all: f64 = rays.iter().sum();
     let ends = 2.0 * intervals * all;

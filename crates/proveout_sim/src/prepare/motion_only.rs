@@ -1,19 +1,22 @@
 //! Motion of a program without stock: times, extremes of the joints, and what the program asks of them.
 //!
-//! *Cutting stretch.* A run is a sequence of blocks in feed without rapid motion or tool change between them. From each run
-//! the blocks within `run_ends_s` of programmed time from both ends are left out: approach, run-up and retract. Programmed
-//! time is length over programmed feed, so that programs of the same structure keep the same blocks.
+//! *Cutting stretch.* A run is a sequence of blocks in feed without rapid motion or tool change between them.
+//! From each run the blocks within `run_ends_s` of programmed time from both ends are left out: approach,
+//! run-up and retract. Programmed time is length over programmed feed, so that programs of the same structure
+//! keep the same blocks.
 //!
-//! *Extremes* are those of the set points at the control samples that belong to the blocks of the stretch. A joint reverses
-//! where it turns back by more than a dead band; the reversal belongs to the block in which it turns.
+//! *Extremes* are those of the set points at the control samples that belong to the blocks of the stretch. A
+//! joint reverses where it turns back by more than a dead band; the reversal belongs to the block in which it
+//! turns.
 //!
-//! *Demand* is what the program asks of a joint at its programmed feed, whatever the joint can do: with positions `q_i` at
-//! the ends of the blocks and programmed times `t_i`, `v_i = (q_i - q_(i-1)) / t_i` and
-//! `a_i = 2 (v_(i+1) - v_i) / (t_i + t_(i+1))`. The steps are the blocks of the program. The acceleration of a path with corners
-//! grows with a finer step, so that only programs of equal steps can be compared.
+//! *Demand* is what the program asks of a joint at its programmed feed, whatever the joint can do: with
+//! positions `q_i` at the ends of the blocks and programmed times `t_i`, `v_i = (q_i - q_(i-1)) / t_i` and
+//! `a_i = 2 (v_(i+1) - v_i) / (t_i + t_(i+1))`. The steps are the blocks of the program. The acceleration of
+//! a path with corners grows with a finer step, so that only programs of equal steps can be compared.
 //!
-//! *Tip with the joints led straight* is what a control without tool center point control makes of the blocks: the tip's largest distance
-//! from the chord of its places at both ends of a block, the joints being mixed linearly between them.
+//! *Tip with the joints led straight* is what a control without tool center point control makes of the
+//! blocks: the tip's largest distance from the chord of its places at both ends of a block, the joints being
+//! mixed linearly between them.
 //!
 //! *Motion that comes from turning* (concomitant motion of Lu et al. 2022): the rotary joints turn
 //! by dr over a block; with the tip held where it is on the table the linear joints must move by
@@ -421,7 +424,8 @@ impl Record<'_> {
 }
 
 impl Motion {
-    /// The programmed path itself, at the planned times: what a control makes of it has no part in what a program asks for.
+    /// The programmed path itself, at the planned times: what a control makes of it has no part in what a
+    /// program asks for.
     pub(crate) fn along_program(&self) -> Self {
         let Self { summary, programmed, over_travels, reversals, .. } = self.clone();
         Self { summary, blocks: programmed, programmed: Vec::new(), over_travels, reversals }
@@ -562,7 +566,8 @@ impl Motion {
         self.pairs(stretch).filter_map(one).collect::<Option<Vec<f64>>>()?.into_iter().reduce(f64::max)
     }
 
-    /// Largest distance of the tip from its chord where the joints run straight from block to block, mm; none without a block.
+    /// Largest distance of the tip from its chord where the joints run straight from block to block, mm; none
+    /// without a block.
     pub(crate) fn straight_joints(&self, machine: &Machine, stretch: &[std::ops::Range<usize>]) -> Option<f64> {
         let worst = |(a, b): (&FeedBlock, &FeedBlock)| {
             let length = |block: &FeedBlock| (machine.forward(&block.end, 0.0).tip - block.tip).norm();
@@ -579,8 +584,8 @@ impl Motion {
         self.pairs(stretch).map(worst).reduce(f64::max)
     }
 
-    /// Largest distance of ball centers at the ends of blocks, mm; none where a tool is no ball or the programs differ in
-    /// structure.
+    /// Largest distance of ball centers at the ends of blocks, mm; none where a tool is no ball or the
+    /// programs differ in structure.
     pub(crate) fn center_shift(&self, other: &Self) -> Option<f64> {
         let same = self.blocks.len() == other.blocks.len() && !self.blocks.is_empty();
         let pairs = self.blocks.iter().zip(&other.blocks);

@@ -1,5 +1,5 @@
-//! What re-scheduling may ask about the part of a scene: where the tool touches the design, and what the rest of the tool must
-//! keep away from.
+//! What re-scheduling may ask about the part of a scene: where the tool touches the design, and what the rest
+//! of the tool must keep away from.
 
 use std::sync::{Arc, OnceLock};
 
@@ -18,7 +18,8 @@ use crate::{prepare::part_shape::Shape, scene::Scene};
 /// much, not how far away everything else is.
 const REACH_MM: f64 = 50.0;
 
-/// Design part and fixtures in the frame of the table, which is that of programs under tool center point control. A copy shares the solids.
+/// Design part and fixtures in the frame of the table, which is that of programs under tool center point
+/// control. A copy shares the solids.
 #[derive(Clone, Debug, Default)]
 pub struct PartOnTable {
     surface: Option<BladeSurface>,

@@ -82,7 +82,8 @@ impl Shape {
         }
     }
 
-    /// Its closed mesh within a chord error, mm, and how far it is off as measured; that of kind `camber` is not measured here.
+    /// Its closed mesh within a chord error, mm, and how far it is off as measured; that of kind `camber` is
+    /// not measured here.
     ///
     /// # Errors
     /// The chord error was not reached, or the mesh bounds no solid.

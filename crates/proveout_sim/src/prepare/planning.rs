@@ -21,12 +21,14 @@ use crate::{
     units::UM_PER_MM,
 };
 
-/// Longest step of a rapid, mm, and largest turn of the tool axis in it, radian (5 degrees): between two of them a control without tool
-/// center point control leaves the straight way by `r (1 - cos 2.5 deg)`, 0.1 mm at 100 mm.
+/// Longest step of a rapid, mm, and largest turn of the tool axis in it, radian (5 degrees): between two of
+/// them a control without tool center point control leaves the straight way by `r (1 - cos 2.5 deg)`, 0.1 mm
+/// at 100 mm.
 const RAPID_STEP: [f64; 2] = [25.0, 0.087];
 /// A position below this is written as zero, mm or radian.
 const SAME_JOINT: f64 = 1e-12;
-/// Least and most rpm of a spindle and mm/min of a feed: wider than any machine, so that times and lengths stay numbers.
+/// Least and most rpm of a spindle and mm/min of a feed: wider than any machine, so that times and lengths
+/// stay numbers.
 const LEAST_RATE: f64 = 1e-3;
 const MOST_RATE: f64 = 1e6;
 
@@ -158,8 +160,8 @@ fn place(e: &Extreme, factor: f64) -> PlaceReport {
 /// The path of a strategy over the blade of a scene.
 ///
 /// # Errors
-/// The scene has no such plan, a key does not belong to it, the cutter does not fit, or the machine cannot take a pose: with the table, the
-/// section and the point. Nothing is made then.
+/// The scene has no such plan, a key does not belong to it, the cutter does not fit, or the machine cannot
+/// take a pose: with the table, the section and the point. Nothing is made then.
 pub fn plan(
     scene: &Scene,
     machine: &Machine,
@@ -355,7 +357,8 @@ fn tool_of<'a>(scene: &Scene, tools: &'a ToolLibrary, plan: &str, name: &str) ->
     })
 }
 
-/// The program of motions in the workpiece frame: tool vectors under tool center point control, or joints where the control has none.
+/// The program of motions in the workpiece frame: tool vectors under tool center point control, or joints
+/// where the control has none.
 fn program(
     scene: &Scene,
     machine: &Machine,

@@ -88,8 +88,8 @@ pub struct Prepared {
     pub inputs: Vec<digest::InputFile>,
     /// Meshes of which some triangles have no area.
     pub(crate) flat_meshes: Vec<FlatMesh>,
-    /// Program files as findings and tables name them, from the folder of the scene, by the names under which they were opened: a
-    /// verdict does not depend on where the run was started.
+    /// Program files as findings and tables name them, from the folder of the scene, by the names under which
+    /// they were opened: a verdict does not depend on where the run was started.
     pub shown: BTreeMap<String, Arc<str>>,
     /// Result of reading the program to its end: no fault, and the text that its run does not
     /// reach.
@@ -99,7 +99,8 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// Whether the motion is kept to the end of the run: where there is a design to hold the surface that it swept against.
+    /// Whether the motion is kept to the end of the run: where there is a design to hold the surface that it
+    /// swept against.
     pub(crate) fn keeps_motion(&self) -> bool {
         self.scene.file.part.is_some()
     }

@@ -6,7 +6,8 @@ use crate::{
     verdict::partial_run::PreviewUsed,
 };
 
-/// Factor of the cells of a preview: the rays, and with them most of the time of sweeps, fall to a sixteenth; motion and bodies take theirs.
+/// Factor of the cells of a preview: the rays, and with them most of the time of sweeps, fall to a sixteenth;
+/// motion and bodies take theirs.
 pub const COARSER: f64 = 4.0;
 
 /// What the call makes of a scene.

@@ -40,8 +40,8 @@ pub(crate) struct ToolUse {
     pub(crate) at: Location,
     /// Tip in feed, workpiece frame.
     pub(crate) feed: Aabb,
-    /// Tip in feed while it moves sideways to its axis. Of an upright tool the lower end of each motion counts: what it came down from may
-    /// be air.
+    /// Tip in feed while it moves sideways to its axis. Of an upright tool the lower end of each motion
+    /// counts: what it came down from may be air.
     pub(crate) sideways: Aabb,
     /// Highest sideways motion in feed that does not go down: a ramp or a helix begins in air.
     pub(crate) level: Option<f64>,
@@ -93,7 +93,8 @@ pub(crate) struct OwnZero {
     pub(crate) at: Location,
 }
 
-/// A motion of rotary axes alone under tool center point control: the tip keeps its place on the part, and the linear axes follow it.
+/// A motion of rotary axes alone under tool center point control: the tip keeps its place on the part, and
+/// the linear axes follow it.
 #[derive(Clone, Debug)]
 pub(crate) struct TurnUnderTcp {
     pub(crate) at: Location,
@@ -128,7 +129,8 @@ pub(crate) struct Reading {
     pub(crate) own_zero: Option<OwnZero>,
     /// Ends of motions with the tool off the z axis of the workpiece.
     pub(crate) tilted: Vec<TiltedPlace>,
-    /// Lowest and highest position of each joint, where the program is; under tool center point control at the ends of motions.
+    /// Lowest and highest position of each joint, where the program is; under tool center point control at
+    /// the ends of motions.
     pub(crate) joints: BTreeMap<usize, [(f64, Location); 2]>,
     /// The same without motions of rotary axes alone under tool center point control.
     pub(crate) joints_besides: BTreeMap<usize, [f64; 2]>,

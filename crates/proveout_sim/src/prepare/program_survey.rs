@@ -114,8 +114,8 @@ impl Names<'_> {
         ))
     }
 
-    /// The library gives each tool one length and one radius: the offset of an ISO control has the number of its tool, a tool
-    /// of an 840D one cutting edge.
+    /// The library gives each tool one length and one radius: the offset of an ISO control has the number of
+    /// its tool, a tool of an 840D one cutting edge.
     fn tool_offset(&mut self, number: u32, dialect: Dialect, at: &Location) -> Option<Diagnostic> {
         if number == 0 {
             self.length_off_at = Some(at.clone());
@@ -192,8 +192,8 @@ fn unknown_offset(at: &Location, word: &str, settings: &Settings, scene: &str) -
     Some(fault(at, "scene-work-offset", message, help))
 }
 
-/// Refuses a work offset that the scene does not give, in the middle of a run: what was surveyed is what runs, but a made
-/// program may differ from the one that it was made from.
+/// Refuses a work offset that the scene does not give, in the middle of a run: what was surveyed is what
+/// runs, but a made program may differ from the one that it was made from.
 pub(crate) fn known_offset(command: Command, settings: &Settings, scene: &str) -> Result<Command, Diagnostic> {
     match &command.op {
         Op::Offset(Offset::Work { word }) => match unknown_offset(&command.location, word, settings, scene) {

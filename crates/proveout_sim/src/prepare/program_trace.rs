@@ -1,7 +1,8 @@
-//! Where a program takes its tool, without a plan of the motion: ends of motions and points of arcs, in the workpiece frame.
+//! Where a program takes its tool, without a plan of the motion: ends of motions and points of arcs, in the
+//! workpiece frame.
 //!
-//! The reader gives base coordinates. With tool center point control they are those of the tip on the table; without, positions of the axes
-//! less the active tool length, so that
+//! The reader gives base coordinates. With tool center point control they are those of the tip on the table;
+//! without, positions of the axes less the active tool length, so that
 //!
 //! ```text
 //!   tcp on    tip_in_table = z + base                        z = Machine::program_zero()
@@ -245,7 +246,8 @@ impl<'a> Tracer<'a> {
         told.then_some(Some(self.q))
     }
 
-    /// Base coordinates of the end of a motion that leaves a coordinate of a turned frame open: the tip stays along its axis there.
+    /// Base coordinates of the end of a motion that leaves a coordinate of a turned frame open: the tip stays
+    /// along its axis there.
     fn completed(&self, motion: &Motion, zero: Point) -> Option<[Option<f64>; 3]> {
         let (linear, translation) = &self.frame;
         let mut work = linear.try_inverse()? * (self.tip?.tip - zero - translation);
@@ -256,8 +258,8 @@ impl<'a> Tracer<'a> {
         Some([0, 1, 2].map(|axis| Some(base[axis])))
     }
 
-    /// The joints under the tip, those nearest to where the axes stood, past their travel where that is short; none where no position of the
-    /// axes leads there.
+    /// The joints under the tip, those nearest to where the axes stood, past their travel where that is
+    /// short; none where no position of the axes leads there.
     pub(crate) fn joints_under_tip(&mut self) -> Option<JointValues> {
         self.q = self.joints_at(self.tip.as_ref()?)?;
         self.joints_known = true;
@@ -367,7 +369,8 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// Lengths and heights that differ by less are the same, and a shorter way is none, mm: programs and tool lists are written in steps of 0.0001.
+/// Lengths and heights that differ by less are the same, and a shorter way is none, mm: programs and tool
+/// lists are written in steps of 0.0001.
 pub(crate) const SAME_MM: f64 = 1e-6;
 
 /// Directions whose cosine is closer to 1 are the same: rounding.

@@ -27,8 +27,9 @@ use crate::{
 /// The tip of a shorter motion is at rest, mm.
 const AT_REST_MM: f64 = 1e-9;
 
-/// Decimals of a made program: ends to 0.1 micrometers, tool vectors to 1e-8, which is 2 nm at a tip 200 mm away. Positions of the axes
-/// without tool center point control to 1e-5: half of that in a head's angle moves a tip 300 mm away by 26 nm.
+/// Decimals of a made program: ends to 0.1 micrometers, tool vectors to 1e-8, which is 2 nm at a tip 200 mm
+/// away. Positions of the axes without tool center point control to 1e-5: half of that in a head's angle
+/// moves a tip 300 mm away by 26 nm.
 fn format(commands: &[Command]) -> PostSettings {
     let controlled = commands.iter().any(|c| matches!(&c.op, Op::Tcp(tcp) if tcp.on));
     let turns = |m: &Motion| m.programmed >> 3 & 0b111 != 0 && m.programmed & 0b111 != 0;
@@ -205,8 +206,8 @@ impl Writer {
         self.push(Op::PathMode(PathMode::Continuous { tolerance: Some(head.tolerance), orientation_tolerance: None }));
     }
 
-    /// The rotary axes turn while the tool is clear of the part, before tool center point control: with it the slides would
-    /// carry the tool round the table.
+    /// The rotary axes turn while the tool is clear of the part, before tool center point control: with it
+    /// the slides would carry the tool round the table.
     pub(crate) fn rotary(&mut self, machine: &Machine, q: &JointValues) {
         let (mut end, mut base) = (AxisValues::NONE, AxisValues::NONE);
         let mut programmed = 0;
@@ -240,15 +241,16 @@ impl Writer {
         self.push(Op::Feed(Feed::InverseTime(seconds)));
     }
 
-    /// A motion to a pose of the workpiece frame. Base coordinates are those of the table; a work offset shifts, so that the
-    /// programmed vector is that of the table too.
+    /// A motion to a pose of the workpiece frame. Base coordinates are those of the table; a work offset
+    /// shifts, so that the programmed vector is that of the table too.
     pub(crate) fn motion(&mut self, pose: &ToolPose, rapid: bool) {
         let axis = self.table_from_work.vector(&pose.axis);
         let turned = self.table_from_work.rotation * pose.tip.coords;
         let (mut end, mut base) = (AxisValues::NONE, AxisValues::NONE);
         for k in 0..3 {
             let place = self.table_from_work.translation[k] - self.zero[k];
-            // Where the offset is the place of the mount, the programmed point is that of the workpiece, to the last bit.
+            // Where the offset is the place of the mount, the programmed point is that of the workpiece, to
+            // the last bit.
             end.put(k, turned[k] + (place - self.offset.translation[k]));
             base.put(k, turned[k] + place);
         }
@@ -275,8 +277,8 @@ pub enum Original<'a> {
     Text(&'a str),
 }
 
-/// Reads a program, re-schedules it and gives the commands before posting. `part` is what the method may ask about; where it asks how long the control
-/// takes, that is the control of the scene with planned set points.
+/// Reads a program, re-schedules it and gives the commands before posting. `part` is what the method may ask
+/// about; where it asks how long the control takes, that is the control of the scene with planned set points.
 ///
 /// # Errors
 /// The program cannot be read, or the method refuses it, with the first block concerned.
@@ -319,7 +321,8 @@ pub(crate) fn rescheduled_commands(
     };
     let method = reschedule.method();
     let cutter = |name: &ToolName| tip(tool(name)?).cloned();
-    // Meshes that bound no solid are refused when the scene is read; a region that cannot be made is one that is not known.
+    // Meshes that bound no solid are refused when the scene is read; a region that cannot be made is one that
+    // is not known.
     let region = |name: &ToolName| part.region(tool(name)?).ok()?;
     let length = |name: &ToolName| tool(name).map(|t| t.gauge_length);
     let empty = Source::Text { name: "made.mpf".to_owned(), text: String::new() };
@@ -346,26 +349,26 @@ pub(crate) fn rescheduled_commands(
     work.apply(commands).map_err(SimError::Control)
 }
 
-/// How a program of a scene is re-scheduled: by an entry of the scene that makes it so, or with the options of a method as they
-/// are published.
+/// How a program of a scene is re-scheduled: by an entry of the scene that makes it so, or with the options
+/// of a method as they are published.
 #[derive(Clone, Debug)]
 pub struct Rescheduling<'a> {
     /// Program with the text.
     pub source: &'a ProgramFile,
-    /// Entry whose options, machine, mounting and offsets are taken; that of the text where the scene does not re-schedule it
-    /// by this method.
+    /// Entry whose options, machine, mounting and offsets are taken; that of the text where the scene does
+    /// not re-schedule it by this method.
     pub entry: &'a ProgramFile,
     /// Method and options.
     pub file: RescheduleFile,
 }
 
 impl<'a> Rescheduling<'a> {
-    /// What a scene says of re-scheduling a program by a method. `name` is that of a program with a text, or of a program that the
-    /// scene makes by this method.
+    /// What a scene says of re-scheduling a program by a method. `name` is that of a program with a text, or
+    /// of a program that the scene makes by this method.
     ///
     /// # Errors
-    /// What is wrong with value and remedy: no such program, another method, or several programs of the scene that make it
-    /// with other options.
+    /// What is wrong with value and remedy: no such program, another method, or several programs of the scene
+    /// that make it with other options.
     pub fn of_scene(scene: &'a Scene, name: &str, method: MethodFile) -> Result<Self, InputError> {
         let wrong = |message: String, help: String| scene.error_at(&[Key("program")], message, help);
         let all = &scene.file.program;

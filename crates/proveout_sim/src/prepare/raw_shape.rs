@@ -1,4 +1,5 @@
-//! The raw stock as a solid in closed form or as a mesh: so that a place between its rays is known to have been material or not.
+//! The raw stock as a solid in closed form or as a mesh: so that a place between its rays is known to have
+//! been material or not.
 
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_surface::{DesignMesh, DesignSurface};
@@ -16,7 +17,8 @@ pub(crate) enum RawShape {
 }
 
 impl RawShape {
-    /// That of a scene; none where it is known on rays alone: what an earlier run left, and meshes that had to be mended.
+    /// That of a scene; none where it is known on rays alone: what an earlier run left, and meshes that had
+    /// to be mended.
     pub(crate) fn of(prepared: &Prepared) -> Option<Self> {
         let scene = &prepared.scene;
         let file = scene.file.stock.get_ref();

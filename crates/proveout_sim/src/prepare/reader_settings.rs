@@ -19,7 +19,8 @@ use crate::{
 };
 
 impl Prepared {
-    /// Settings of a reader as a run has them: offsets, dialect, what the machine gives, and contours as paths of the tool center.
+    /// Settings of a reader as a run has them: offsets, dialect, what the machine gives, and contours as
+    /// paths of the tool center.
     ///
     /// `given`: the program is not that of the entry. Returns a note, too, where the control of the
     /// scene has no part in reading it.

@@ -8,7 +8,8 @@
 //! themselves are the files that the scene names. A key of `plan` makes the program again that the
 //! scene says the plan writes (`planned`).
 //!
-//! The files stay as they are; the verdict names every value that was set. A value that could change nothing in the run is refused.
+//! The files stay as they are; the verdict names every value that was set. A value that could change nothing
+//! in the run is refused.
 
 use std::{collections::BTreeMap, fmt, path::Path};
 

@@ -1,7 +1,8 @@
 //! Refuses a raw stock of which the rays see too little, or too much.
 //!
-//! A bar of 1 mm between rays 2 mm apart is no stock at all: whatever a tool does to it passes every gate. The volume on the rays of each direction, counted
-//! by whole cells, is compared with that of the shape itself.
+//! A bar of 1 mm between rays 2 mm apart is no stock at all: whatever a tool does to it passes every gate.
+//! The volume on the rays of each direction, counted by whole cells, is compared with that of the shape
+//! itself.
 
 use proveout_stock::{RawBody, TriDexel};
 

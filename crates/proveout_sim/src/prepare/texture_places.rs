@@ -7,10 +7,11 @@
 //!          +------------------ s
 //! ```
 //!
-//! On a blade a step in the tangent plane of the middle is turned into one of arc length and height by the derivatives there, and the
-//! nodes are points of the closed form: along the section they lie at equal distances exactly, across it as far as the twist is the
-//! same over the patch. On a mesh or a flank every node is found from its neighbor: one step along the tangent plane, the nearest
-//! point of the design, the direction laid into the surface there. A plane needs neither.
+//! On a blade a step in the tangent plane of the middle is turned into one of arc length and height by the
+//! derivatives there, and the nodes are points of the closed form: along the section they lie at equal
+//! distances exactly, across it as far as the twist is the same over the patch. On a mesh or a flank every
+//! node is found from its neighbor: one step along the tangent plane, the nearest point of the design, the
+//! direction laid into the surface there. A plane needs neither.
 
 use std::sync::Arc;
 
@@ -298,7 +299,8 @@ fn foot(design: &dyn DesignSurface, p: &Point) -> Option<(Point, Vector)> {
     Some((at, found.normal))
 }
 
-/// Derivatives of the airfoil by arc length and by height: the tangent of the turned section, and `e_x + twist (e_x x P)`.
+/// Derivatives of the airfoil by arc length and by height: the tangent of the turned section, and `e_x +
+/// twist (e_x x P)`.
 fn derivatives(blade: &Blade, arc: f64, x: f64) -> [Vector; 2] {
     let twist = blade.spec().twist;
     let section = blade.outline().at(arc);
@@ -324,7 +326,8 @@ fn on_airfoil(blade: &Blade, arc: f64, x: f64) -> Result<(), Refused> {
     Ok(())
 }
 
-/// Arc length and height of the point of the airfoil that is nearest: a search over the section, then Newton on the tangent plane.
+/// Arc length and height of the point of the airfoil that is nearest: a search over the section, then Newton
+/// on the tangent plane.
 fn nearest_on_blade(blade: &Blade, p: &Point) -> Result<[f64; 2], Refused> {
     const STARTS: usize = 400;
     let perimeter = blade.outline().perimeter();

@@ -1,10 +1,10 @@
 //! The prove-out loop: program to motion, motion to removal and interference, findings, verdict.
 //!
-//! Stretch by stretch of simulated time the controller yields motion pieces; the stock is swept and the bodies are
-//! checked against each other at the same time on two workers, since neither needs the other (bodies against the stock are followed
-//! between the sweeps, see `stock_bodies`); reports are judged in order of time. The
-//! length of a stretch bounds memory and sets how often observers are called, and how often the twin looks whether a part has come
-//! off the stock; it does not change any other result.
+//! Stretch by stretch of simulated time the controller yields motion pieces; the stock is swept and the
+//! bodies are checked against each other at the same time on two workers, since neither needs the other
+//! (bodies against the stock are followed between the sweeps, see `stock_bodies`); reports are judged in
+//! order of time. The length of a stretch bounds memory and sets how often observers are called, and how
+//! often the twin looks whether a part has come off the stock; it does not change any other result.
 
 use std::{path::Path, sync::PoisonError, time::Instant};
 

@@ -53,7 +53,8 @@ pub struct Overhang {
     pub now_mm: f64,
     /// Least overhang whose run was clear, mm; none where no run was.
     pub least_mm: Option<f64>,
-    /// Overhang below it whose run was not clear, with the first finding; none where the shortest that can be clamped is clear.
+    /// Overhang below it whose run was not clear, with the first finding; none where the shortest that can be
+    /// clamped is clear.
     pub too_short: Option<(f64, String)>,
     /// Runs that were made.
     pub runs: usize,

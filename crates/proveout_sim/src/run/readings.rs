@@ -67,7 +67,8 @@ fn worse(gate: &mut Gate, other: &Gate, words: &str) {
     }
 }
 
-/// Takes the judgements of the other readings into that of the run: the worse one of every gate, and findings that are new.
+/// Takes the judgements of the other readings into that of the run: the worse one of every gate, and findings
+/// that are new.
 pub(crate) fn fold(verdict: &mut Verdict, proved: usize, others: Vec<(String, Verdict)>) {
     if proved == 0 {
         return;

@@ -1,7 +1,7 @@
 //! What a scene states of what it does not have: workholding, a design, gates that it does not ask.
 //!
-//! A gate may be left out of the question only where no tolerance and no design asks it; a statement that contradicts the rest of the scene is
-//! refused by name.
+//! A gate may be left out of the question only where no tolerance and no design asks it; a statement that
+//! contradicts the rest of the scene is refused by name.
 
 use proveout_input::nearest;
 use schemars::JsonSchema;

@@ -1,5 +1,5 @@
-//! What a published experiment leaves open: keys of a scene, limits of a machine, options of a method, each with the range that it might
-//! have as well.
+//! What a published experiment leaves open: keys of a scene, limits of a machine, options of a method, each
+//! with the range that it might have as well.
 //!
 //! A key is named by its tables with points between them; an entry of a list by its `name`, or by
 //! its number from 0: `program.quaternion.reschedule.keys`,

@@ -1,6 +1,7 @@
 //! Fixtures by their dimensions: `kind` of a `[[fixture]]`, so that no vise has to be modeled.
 //!
-//! `at_mm` is the point of the fixture that the table below names, `rotation_deg` turns it there about the fixed x, y and z axes.
+//! `at_mm` is the point of the fixture that the table below names, `rotation_deg` turns it there about the
+//! fixed x, y and z axes.
 //!
 //! | kind | `at_mm` | body |
 //! |---|---|---|

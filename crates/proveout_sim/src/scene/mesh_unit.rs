@@ -1,7 +1,8 @@
 //! Unit and place of the meshes of a scene.
 //!
-//! STL and OBJ state no unit. A clamp that was exported in inches is 25.4 times too small, one in meters a thousand times: it floats inside the stock, hits
-//! nothing, and every gate passes. So each mesh is compared with the stock, and refused where it cannot be what its role says, until the scene states its unit:
+//! STL and OBJ state no unit. A clamp that was exported in inches is 25.4 times too small, one in meters a
+//! thousand times: it floats inside the stock, hits nothing, and every gate passes. So each mesh is compared
+//! with the stock, and refused where it cannot be what its role says, until the scene states its unit:
 //!
 //! ```text
 //!    role       refused without mesh_unit

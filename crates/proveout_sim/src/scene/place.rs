@@ -6,13 +6,15 @@ use proveout_input::{Document, InputError, Step, Step::Item, Step::Key, read_inp
 
 use crate::scene::{ProgramFile, Scene};
 
-/// Byte at which the value of a key begins; of a table its name. Where the key is not there, that of the deepest table that leads to it.
+/// Byte at which the value of a key begins; of a table its name. Where the key is not there, that of the
+/// deepest table that leads to it.
 pub(crate) fn offset_of(text: &str, path: &[Step<'_>]) -> usize {
     Document::new(Path::new(""), text).span(path).start
 }
 
 impl Scene {
-    /// A fault of the value at a path of keys, with its line and column; of a value that the call has set the file alone.
+    /// A fault of the value at a path of keys, with its line and column; of a value that the call has set the
+    /// file alone.
     pub(crate) fn error_at(
         &self,
         path: &[Step<'_>],

@@ -1,4 +1,5 @@
-//! Programs of a scene: a text, one that a plan writes (with a tool axis of its own: `planned_axis`), or one that is re-scheduled.
+//! Programs of a scene: a text, one that a plan writes (with a tool axis of its own: `planned_axis`), or one
+//! that is re-scheduled.
 
 use std::{
     borrow::Cow,

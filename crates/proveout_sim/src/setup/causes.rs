@@ -79,7 +79,8 @@ pub(crate) fn outside_travel(machine: &Machine, readings: &[Reading]) -> Vec<Cau
     by_letter.into_iter().filter_map(cause).collect()
 }
 
-/// Tools that are named one after the other in a text that changes none in: everything is cut with the one in the spindle.
+/// Tools that are named one after the other in a text that changes none in: everything is cut with the one in
+/// the spindle.
 pub(crate) fn never_changed(reading: &Reading, in_spindle: &ToolName) -> Option<Cause> {
     let named: Vec<&(ToolName, Location)> =
         reading.selected.iter().filter(|(name, _)| *name != ToolName::Empty).collect();

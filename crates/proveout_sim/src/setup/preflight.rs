@@ -1,8 +1,9 @@
-//! What can be known of a run before anything moves: causes of the findings that would follow, the most likely one first, each with the line
-//! that would mend it.
+//! What can be known of a run before anything moves: causes of the findings that would follow, the most
+//! likely one first, each with the line that would mend it.
 //!
-//! One reading pass follows the tool (`program_trace`); nothing is planned and nothing is cut. A cause is a hint: the run decides. What is
-//! missing altogether (work offsets, tools, subprograms) is refused before, by the survey of the program, all of it at once.
+//! One reading pass follows the tool (`program_trace`); nothing is planned and nothing is cut. A cause is a
+//! hint: the run decides. What is missing altogether (work offsets, tools, subprograms) is refused before, by
+//! the survey of the program, all of it at once.
 
 use std::path::Path;
 

@@ -82,7 +82,8 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
     Gate { name: name.into(), state, reason }
 }
 
-/// A gate that the scene does not ask; a finding that fails it stays one. `surface` says what was evaluated all the same.
+/// A gate that the scene does not ask; a finding that fails it stays one. `surface` says what was evaluated
+/// all the same.
 pub(crate) fn not_asked(gate: Gate, why: String, surface: &Surface) -> Gate {
     if gate.state == State::Fail {
         return gate;

@@ -104,7 +104,8 @@ impl FindingLog {
         Self { findings, near_misses_of_hits: self.near_misses_of_hits + of_hits.len() as u64, ..self }
     }
 
-    /// Near misses without a finding of their own: the bodies hit each other in the same line. They fail the gate all the same.
+    /// Near misses without a finding of their own: the bodies hit each other in the same line. They fail the
+    /// gate all the same.
     pub fn near_misses_of_hits(&self) -> u64 {
         self.near_misses_of_hits
     }

@@ -1,5 +1,5 @@
-//! Boxes round the cuts of a run, in order of time: eight in one, and so on up. What comes later is near what came before, so that
-//! boxes that are joined in order of time are small.
+//! Boxes round the cuts of a run, in order of time: eight in one, and so on up. What comes later is near what
+//! came before, so that boxes that are joined in order of time are small.
 
 use proveout_geom::Aabb;
 

@@ -219,8 +219,8 @@ impl DepthSearch<'_, '_> {
         self.open.get_or_insert((cube.center, cube.edge));
     }
 
-    /// Those of `near` that reach into a cube, the one that covers its center deepest first; none if one of them empties
-    /// the cube.
+    /// Those of `near` that reach into a cube, the one that covers its center deepest first; none if one of
+    /// them empties the cube.
     fn reaching(&mut self, cube: &Cube, near: Vec<u32>) -> Option<Vec<u32>> {
         let (radius, tried) = (cube.radius(), cube.key().map_or(0, |k| self.store.first_untried(k)));
         let is_filtered = radius <= BY_PLANES[usize::from(near.len() > FEW_CUTS)];
@@ -344,8 +344,8 @@ impl DepthSearch<'_, '_> {
         best
     }
 
-    /// Directions that a climb tries: 26 of a lattice, along each near face of the mover and the raw stock, and along the
-    /// edges where two of them meet.
+    /// Directions that a climb tries: 26 of a lattice, along each near face of the mover and the raw stock,
+    /// and along the edges where two of them meet.
     fn climb_directions(&mut self, mover: &Mover<'_>, p: &Point, step: f64) -> Vec<Vector> {
         let lattice = (0..27).filter(|k| *k != 13);
         let of_lattice = |k: i32| Vector::new(f64::from(k % 3 - 1), f64::from(k / 3 % 3 - 1), f64::from(k / 9 - 1));
@@ -368,8 +368,8 @@ impl DepthSearch<'_, '_> {
         ways.into_iter().filter_map(|way| way.try_normalize(1e-9)).collect()
     }
 
-    /// Whether the part of a cube that a mover fills lies outside of the raw stock or within one cut. If not, the middle of
-    /// that part is checked for material.
+    /// Whether the part of a cube that a mover fills lies outside of the raw stock or within one cut. If not,
+    /// the middle of that part is checked for material.
     fn is_cleared(&mut self, m: u32, cube: &Cube, cuts: &[u32]) -> bool {
         let all = self.movers;
         let mover = &all[m as usize];

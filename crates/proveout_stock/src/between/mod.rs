@@ -20,25 +20,28 @@
 //!     else       eight cubes of half the edge
 //! ```
 //!
-//! F is the function of a convex body (`moving_body`): its value is never more than the distance from the skin, and inside it is the depth. A
-//! cube that is empty stays so, since material only goes away: it is remembered over the whole run, and eight empty cubes are an empty
-//! one. So open space is proved once, in large cubes.
+//! F is the function of a convex body (`moving_body`): its value is never more than the distance from the
+//! skin, and inside it is the depth. A cube that is empty stays so, since material only goes away: it is
+//! remembered over the whole run, and eight empty cubes are an empty one. So open space is proved once, in
+//! large cubes.
 //!
-//! *Cleared.* Where S slides along a wall that a cutter has just made, cubes would have to be as small as the touch.
-//! Half spaces decide there. S fills at most the polytope P of B with `b + g . (x - c) <= -touch` for each plane (b, g)
-//! that bounds `F_S` from below: one plane of the whole body, and one of each line or arc of its outline. A cut `S_i`
-//! that does not turn is convex, because `F_i` is convex in place and time. If all corners of P lie in it, all of P does,
-//! whatever its size. A cut that turns is split into parts that bend by at most k, and the corners must lie deeper by k.
-//! A flat wall is so cleared in one cube. A round wall of radius r, followed by the same body, takes cubes of
-//! `sqrt(2 r touch)`. At a face of R with the normal n, and c at the distance d beyond it, S and R have nothing in
-//! common if `b + d + touch > |g + n| h`.
+//! *Cleared.* Where S slides along a wall that a cutter has just made, cubes would have to be as small as the
+//! touch. Half spaces decide there. S fills at most the polytope P of B with `b + g . (x - c) <= -touch` for
+//! each plane (b, g) that bounds `F_S` from below: one plane of the whole body, and one of each line or arc
+//! of its outline. A cut `S_i` that does not turn is convex, because `F_i` is convex in place and time. If
+//! all corners of P lie in it, all of P does, whatever its size. A cut that turns is split into parts that
+//! bend by at most k, and the corners must lie deeper by k. A flat wall is so cleared in one cube. A round
+//! wall of radius r, followed by the same body, takes cubes of `sqrt(2 r touch)`. At a face of R with the
+//! normal n, and c at the distance d beyond it, S and R have nothing in common if `b + d + touch > |g + n|
+//! h`.
 //!
 //! *Depth.* From the first place found, a climb in shrinking steps looks for the deepest one. A short search then looks
 //! for places a quarter deeper. The reported depth is that of a real place; the greatest depth may be larger.
 //!
-//! *Tolerances.* Material thinner than two micrometers (`FILM` on each side) is none: so much may the cuts on the rays be off
-//! (`sweep_bound_mm`), and two passes that just touch leave no film. Cubes end at 4 micrometers, where the center decides. So every place where
-//! material reaches into S by more than that is found; a place that is found is material in truth.
+//! *Tolerances.* Material thinner than two micrometers (`FILM` on each side) is none: so much may the cuts on
+//! the rays be off (`sweep_bound_mm`), and two passes that just touch leave no film. Cubes end at 4
+//! micrometers, where the center decides. So every place where material reaches into S by more than that is
+//! found; a place that is found is material in truth.
 //!
 //! *What is not decided* is reported with its place: where a search takes more work than it may,
 //! where the raw stock is what an earlier run left (its rays are known, its form between them is
@@ -306,8 +309,8 @@ impl BetweenRays {
         out
     }
 
-    /// Whether a cutter stays where one of the last cuts ended: all that it takes up is cut. A control that changes from feed to
-    /// rapid rests for some cycles between both.
+    /// Whether a cutter stays where one of the last cuts ended: all that it takes up is cut. A control that
+    /// changes from feed to rapid rests for some cycles between both.
     fn stays_in_last_cut(&self, body: u32, motion: &SweepMotion) -> bool {
         let is_same =
             |a: &ToolPose, b: &ToolPose| (a.tip - b.tip).norm() <= STRAIGHT && (a.axis - b.axis).norm() <= STRAIGHT;

@@ -1,8 +1,10 @@
-//! A convex body on a piece of motion, seen from a point at rest: how far the point is from it at each time, and the least of that.
+//! A convex body on a piece of motion, seen from a point at rest: how far the point is from it at each time,
+//! and the least of that.
 //!
-//! Let F be the convex function of the body (`meridian`): zero on the skin, negative inside, its slope at most 1, and inside the depth
-//! below the skin. A point x at rest sees `f(t) = F(x in the frame of the tool at t)`. Where the tool runs straight without turning, f is
-//! convex in x and t together, so each value with its slopes is a bound from below, for every place and every time:
+//! Let F be the convex function of the body (`meridian`): zero on the skin, negative inside, its slope at
+//! most 1, and inside the depth below the skin. A point x at rest sees `f(t) = F(x in the frame of the tool
+//! at t)`. Where the tool runs straight without turning, f is convex in x and t together, so each value with
+//! its slopes is a bound from below, for every place and every time:
 //!
 //! ```text
 //!   F(y, s) >= f(t) + g . (y - x) + f'(t) (s - t)
@@ -11,9 +13,9 @@
 //! One such plane that falls in time and one that rises are added so that the time drops out: what is left bounds
 //! `least over s of F(y, s)` from below by a plane in y. It is exact at x when both touch the least place.
 //!
-//! A turn by the angle a bends the way of x in the frame of the tool: its acceleration is at most `|q| a² + 2 |way| a`, with q from the
-//! tip to x. Half of that is what a plane may lie too high over the whole piece; it is taken off. A piece that bends by more is
-//! searched in parts.
+//! A turn by the angle a bends the way of x in the frame of the tool: its acceleration is at most `|q| a² + 2
+//! |way| a`, with q from the tip to x. Half of that is what a plane may lie too high over the whole piece; it
+//! is taken off. A piece that bends by more is searched in parts.
 
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 
@@ -78,7 +80,8 @@ impl MovingBody {
         Self { motion: *motion, way: motion.to.tip - motion.from.tip, turn, angle }
     }
 
-    /// Splits a motion so that one plane bounds each part; `reach` is the largest distance of the body from its tip, mm.
+    /// Splits a motion so that one plane bounds each part; `reach` is the largest distance of the body from
+    /// its tip, mm.
     pub(super) fn parts(motion: &SweepMotion, reach: f64) -> Vec<SweepMotion> {
         let whole = Self::new(motion);
         let parts = (whole.bend(reach) / BEND).sqrt().ceil().clamp(1.0, PARTS) as u32;
@@ -144,8 +147,8 @@ impl MovingBody {
         (seen.value, seen.slope)
     }
 
-    /// The least value for a point; the search ends as soon as one of at most `wanted` is seen, or none can be. With a `wanted` of minus
-    /// infinity the least itself is searched.
+    /// The least value for a point; the search ends as soon as one of at most `wanted` is seen, or none can
+    /// be. With a `wanted` of minus infinity the least itself is searched.
     pub(super) fn least(&self, body: &Meridian, part: FunctionPart, p: &Point, wanted: f64) -> LeastDistance {
         let bend = if self.angle == 0.0 {
             0.0

@@ -116,8 +116,8 @@ impl<'a> Batch<'a> {
         Self { ready, steps, bodies, arch: Arch::new(), moves: None }
     }
 
-    /// Mark of an end of the material at `s` on a ray of set `a`, which a step made at the time `tau`; `sign` 1: with the upper
-    /// end of its interval.
+    /// Mark of an end of the material at `s` on a ray of set `a`, which a step made at the time `tau`; `sign`
+    /// 1: with the upper end of its interval.
     pub(crate) fn mark(&self, a: usize, by: f64, [s, u, v]: V, tau: f64, sign: f64) -> EndMark {
         let Some(step) = self.steps[a].get(by as usize) else { return EndMark::NONE };
         let ready = &self.ready[step.item as usize];

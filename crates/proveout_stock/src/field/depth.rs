@@ -14,9 +14,9 @@
 //!       plunge                     shaving
 //! ```
 //!
-//! What the body takes up lies on rays of all three sets. An end of such an interval is a sample of the opening where the material
-//! itself ended there, with the outward normal m of the material; otherwise it lies on the skin of the swept body, where the depth is
-//! asked for. From the sample p that is nearest to x
+//! What the body takes up lies on rays of all three sets. An end of such an interval is a sample of the
+//! opening where the material itself ended there, with the outward normal m of the material; otherwise it
+//! lies on the skin of the swept body, where the depth is asked for. From the sample p that is nearest to x
 //!
 //! ```text
 //!     depth of x = |m . (x - p)|   where p lies near the foot of x: within a cell and a half across m
@@ -36,9 +36,9 @@
 //! that depth. (Along a chord the depth below a convex skin is concave and vanishes at the ends: at
 //! most twice its value in the middle.)
 //!
-//! *Runs.* A rapid through material is many pieces, each of which meets but the layer that the one before has left. Its depth is
-//! that in the material as it stood before its first piece: items with [`Measure::Since`] put what they take together, and ends
-//! that items of the run have made are not open.
+//! *Runs.* A rapid through material is many pieces, each of which meets but the layer that the one before has
+//! left. Its depth is that in the material as it stood before its first piece: items with [`Measure::Since`]
+//! put what they take together, and ends that items of the run have made are not open.
 
 use std::collections::BTreeMap;
 
@@ -119,8 +119,8 @@ impl Depths {
 
     /// Depth of one item, mm. `laps` are its intervals in a fixed order, `longest` the longest of them.
     ///
-    /// `held` is the signed distance of a point from the body at the begin of the item, negative inside, and `bound` what an item may
-    /// leave, mm.
+    /// `held` is the signed distance of a point from the body at the begin of the item, negative inside, and
+    /// `bound` what an item may leave, mm.
     pub(crate) fn of_item(
         &mut self,
         grid: &RayGrid,
@@ -301,8 +301,8 @@ fn point(grid: &RayGrid, (a, i, j): (u8, u32, u32), s: f64) -> Point {
     RayGrid::point(a, s, grid.center((a + 1) % 3, i as usize), grid.center((a + 2) % 3, j as usize))
 }
 
-/// Puts samples into the order of a tree: the middle one divides the others along an axis, then each half along the next (Bentley
-/// 1975, "Multidimensional binary search trees").
+/// Puts samples into the order of a tree: the middle one divides the others along an axis, then each half
+/// along the next (Bentley 1975, "Multidimensional binary search trees").
 fn sort(samples: &mut [(Point, Vector)], axis: usize) {
     if samples.len() <= LEAF {
         return;

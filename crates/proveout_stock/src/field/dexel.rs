@@ -9,10 +9,11 @@ use crate::{
     field::undo::History,
 };
 
-/// In-process stock: three orthogonal sets of rays with exact interval ends. Frame: that of the constructor's arguments.
+/// In-process stock: three orthogonal sets of rays with exact interval ends. Frame: that of the constructor's
+/// arguments.
 ///
-/// Cells of [`Self::cells_mm`] start at the lower corner of the stock's box; the rays run through the cell centers. Each
-/// interval end remembers the motion that made it and the normal there.
+/// Cells of [`Self::cells_mm`] start at the lower corner of the stock's box; the rays run through the cell
+/// centers. Each interval end remembers the motion that made it and the normal there.
 #[derive(Clone, Debug)]
 pub struct TriDexel {
     pub(crate) grid: RayGrid,
@@ -137,8 +138,8 @@ impl TriDexel {
         self.tiles[tile].ray(ray)
     }
 
-    /// Material on the ray `(i, j)` of the set along `axis`; i counts along axis + 1, j along axis + 2 (modulo 3). Empty for
-    /// a ray that does not exist.
+    /// Material on the ray `(i, j)` of the set along `axis`; i counts along axis + 1, j along axis + 2
+    /// (modulo 3). Empty for a ray that does not exist.
     pub fn ray_intervals(&self, axis: usize, i: usize, j: usize) -> Vec<Interval> {
         if axis > 2 || i >= self.grid.n[(axis + 1) % 3] || j >= self.grid.n[(axis + 2) % 3] {
             return Vec::new();
@@ -152,8 +153,8 @@ impl TriDexel {
         self.spans(axis, i, j).iter().map(interval).collect()
     }
 
-    /// Material on the ray along `axis` nearest to the place (`u` along axis + 1, `v` along axis + 2, modulo 3; mm), and the
-    /// place of that ray.
+    /// Material on the ray along `axis` nearest to the place (`u` along axis + 1, `v` along axis + 2, modulo
+    /// 3; mm), and the place of that ray.
     pub fn intervals_on(&self, axis: usize, u: f64, v: f64) -> ([f64; 2], Vec<Interval>) {
         let a = axis.min(2);
         let (i, j) = (self.grid.nearest((a + 1) % 3, u), self.grid.nearest((a + 2) % 3, v));
@@ -184,8 +185,8 @@ impl TriDexel {
         })
     }
 
-    /// Has every removing item report where its body was engaged ([`SweepReport::contact`]); costs the time of one search for
-    /// each end of a removed interval.
+    /// Has every removing item report where its body was engaged ([`SweepReport::contact`]); costs the time
+    /// of one search for each end of a removed interval.
     ///
     /// [`SweepReport::contact`]: crate::SweepReport::contact
     pub fn watch_engagement(&mut self, on: bool) {

@@ -17,11 +17,12 @@
 //!            '-'            (Altintas 2012, fig. 2.5) '---' _ _ _|
 //! ```
 //!
-//! With f the direction of the feed across the axis w, and s = w x f pointing left, a point at the distance vector p from the
-//! axis lies under the angle atan2(p . f, p . s). Material is entered at 0 and left at 180 degrees in a slot; 0 to 90 is up
-//! milling with half of the cutter, 90 to 180 climb milling. The skin advances along its own normal n with -dF/dt = n . v, which
-//! is the chip thickness for the time from one tooth to the next: for a feed `f_z` a tooth across the axis, this is `f_z` sin(angle)
-//! sin(slope of the profile against the plane across the axis).
+//! With f the direction of the feed across the axis w, and s = w x f pointing left, a point at the distance
+//! vector p from the axis lies under the angle atan2(p . f, p . s). Material is entered at 0 and left at 180
+//! degrees in a slot; 0 to 90 is up milling with half of the cutter, 90 to 180 climb milling. The skin
+//! advances along its own normal n with -dF/dt = n . v, which is the chip thickness for the time from one
+//! tooth to the next: for a feed `f_z` a tooth across the axis, this is `f_z` sin(angle) sin(slope of the
+//! profile against the plane across the axis).
 //!
 //! Limits. The rays see the region of removal at their places only, so that depth and width come
 //! out too small by less than a cell, and the ends of the range of angles by less than asin(cell /
@@ -42,14 +43,14 @@ use crate::{
 pub struct Contact {
     /// Lowest and highest touch above the tip, along the axis.
     pub height: [f64; 2],
-    /// Touches across feed and axis: farthest to the right (negative) and to the left of the axis, seen from the spindle along
-    /// the feed. Low above high when the motion has no direction across the axis.
+    /// Touches across feed and axis: farthest to the right (negative) and to the left of the axis, seen from
+    /// the spindle along the feed. Low above high when the motion has no direction across the axis.
     pub across: [f64; 2],
-    /// First and last angle under which material is met, 0 (left of the feed) over a quarter turn (in front) to pi (right):
-    /// the sense of a spindle that turns clockwise. Low above high as `across`.
+    /// First and last angle under which material is met, 0 (left of the feed) over a quarter turn (in front)
+    /// to pi (right): the sense of a spindle that turns clockwise. Low above high as `across`.
     pub angle: [f64; 2],
-    /// Largest way of the skin along its own normal while the motion is made, where it touches, mm. Times the part of the
-    /// duration from one tooth to the next it is the largest chip thickness.
+    /// Largest way of the skin along its own normal while the motion is made, where it touches, mm. Times the
+    /// part of the duration from one tooth to the next it is the largest chip thickness.
     pub advance: f64,
 }
 

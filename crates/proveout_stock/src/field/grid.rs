@@ -34,8 +34,9 @@ impl From<[f64; 3]> for Cells {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileId(pub u32);
 
-/// Cells from the lower corner of the stock's box, with an edge of their own along each axis. Rays of set `a` run along axis
-/// `a` through the cell centers of the other two axes, taken in cyclic order: u = a + 1, v = a + 2 (modulo 3).
+/// Cells from the lower corner of the stock's box, with an edge of their own along each axis. Rays of set
+/// `a` run along axis `a` through the cell centers of the other two axes, taken in cyclic order: u = a + 1,
+/// v = a + 2 (modulo 3).
 #[derive(Clone, Debug)]
 pub(crate) struct RayGrid {
     pub bounds: Aabb,

@@ -1,8 +1,9 @@
 //! Who took material of which nothing is left on a ray.
 //!
-//! An end of material remembers the motion that made it. Where a motion takes the whole interval that it meets, no end is left
-//! to remember it: a wall that was milled away would have no one to answer for it. So each ray keeps the last motion that took
-//! a whole interval; one number a ray, only in tiles where that has happened.
+//! An end of material remembers the motion that made it. Where a motion takes the whole interval that it
+//! meets, no end is left to remember it: a wall that was milled away would have no one to answer for it. So
+//! each ray keeps the last motion that took a whole interval; one number a ray, only in tiles where that has
+//! happened.
 
 use crate::{field::grid::TILE_RAYS, field::span::INITIAL};
 

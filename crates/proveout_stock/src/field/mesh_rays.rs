@@ -1,11 +1,11 @@
 //! Watertight rays through a closed mesh.
 //!
-//! Seen along the rays the mesh is a set of triangles in a plane, and the rays are points. Corners and points are moved to
-//! a lattice of [`LATTICE`] mm, so that the side of an edge on which a point lies is an exact integer; both triangles at an
-//! edge use the same numbers and decide alike. A point exactly on an edge or corner is taken as moved by (epsilon,
-//! epsilon^2), smaller than everything (Edelsbrunner and Mücke 1990, "Simulation of Simplicity"), so that it lies in exactly
-//! one of the triangles of a closed fan. Thus each ray enters as often as it leaves. The height of a crossing is computed
-//! from the unmoved corners.
+//! Seen along the rays the mesh is a set of triangles in a plane, and the rays are points. Corners and points
+//! are moved to a lattice of [`LATTICE`] mm, so that the side of an edge on which a point lies is an exact
+//! integer; both triangles at an edge use the same numbers and decide alike. A point exactly on an edge or
+//! corner is taken as moved by (epsilon, epsilon^2), smaller than everything (Edelsbrunner and Mücke 1990,
+//! "Simulation of Simplicity"), so that it lies in exactly one of the triangles of a closed fan. Thus each
+//! ray enters as often as it leaves. The height of a crossing is computed from the unmoved corners.
 
 use std::ops::Range;
 

@@ -1,4 +1,5 @@
-//! The rays in their tiles: how they are filled, how batches of motions are carried out on them, and what a motion was engaged in.
+//! The rays in their tiles: how they are filled, how batches of motions are carried out on them, and what a
+//! motion was engaged in.
 
 pub(crate) mod batch;
 pub(crate) mod depth;

@@ -12,7 +12,8 @@ use crate::{
     field::span::{EndMark, INITIAL, MaterialSpan, SLIVER},
 };
 
-/// Cells along each side of the grid on which intervals are counted; odd, so that its rays do not meet what a drawing puts on halves.
+/// Cells along each side of the grid on which intervals are counted; odd, so that its rays do not meet what a
+/// drawing puts on halves.
 const SAMPLED: f64 = 47.0;
 
 /// A body that fills rays with material, any number of times: once for the stock, once for each of its patches.
@@ -88,8 +89,9 @@ impl RawBody {
         Ok(Self(RawForm::Mesh(mended(mesh)?, Shells::Union)))
     }
 
-    /// What an earlier run left, brought from its frame into the new one, see [`TriDexel::regridded`]. `patches` are those of the
-    /// earlier run: a new patch that lies in one of them and has its cells takes its rays over.
+    /// What an earlier run left, brought from its frame into the new one, see [`TriDexel::regridded`].
+    /// `patches` are those of the earlier run: a new patch that lies in one of them and has its cells takes
+    /// its rays over.
     ///
     /// # Errors
     /// [`StockError::Degenerate`] when nothing is left, or the pose is not finite.
@@ -130,8 +132,8 @@ impl RawBody {
         })
     }
 
-    /// Intervals of material on a ray, as a mean over all rays of its box: counted on some thousand of them, or on those of the
-    /// earlier stock.
+    /// Intervals of material on a ray, as a mean over all rays of its box: counted on some thousand of them,
+    /// or on those of the earlier stock.
     pub fn intervals_per_ray(&self) -> f64 {
         let bounds = match &self.0 {
             RawForm::Block(_) => return 1.0,
@@ -143,7 +145,8 @@ impl RawBody {
         few.map_or(1.0, |few| few.intervals_per_ray())
     }
 
-    /// Volume of the shape itself, mm³; none of a mesh that was mended, whose shells may cross. That of an earlier stock is that of its rays.
+    /// Volume of the shape itself, mm³; none of a mesh that was mended, whose shells may cross. That of an
+    /// earlier stock is that of its rays.
     pub fn own_volume(&self) -> Option<f64> {
         match &self.0 {
             RawForm::Block(b) => Some(b.size().product()),

@@ -12,8 +12,8 @@ use crate::{
     field::tile::Tile,
 };
 
-/// Intervals that a ray is counted with in the estimate of memory: deep pockets and slots from several sides leave more,
-/// most rays keep one.
+/// Intervals that a ray is counted with in the estimate of memory: deep pockets and slots from several sides
+/// leave more, most rays keep one.
 const SPANS_PER_RAY: u64 = 2;
 /// Cells that fit are proposed in parts of a millimeter: a tenth of a micrometer.
 const PARTS_OF_MM: f64 = 1e4;
@@ -169,9 +169,9 @@ impl TriDexel {
         Self::from_shells(mesh, cells.into(), Shells::Apart, limit_bytes)
     }
 
-    /// The inside of a closed mesh with faults that can be mended without a guess: equal corners that are not joined, faces that
-    /// look inward all together, shells that cross each other or themselves. The union of the shells counts: material is where
-    /// the winding number is positive.
+    /// The inside of a closed mesh with faults that can be mended without a guess: equal corners that are not
+    /// joined, faces that look inward all together, shells that cross each other or themselves. The union of
+    /// the shells counts: material is where the winding number is positive.
     ///
     /// # Errors
     /// [`StockError::Mesh`] for holes and faces that are turned against their neighbors; also as [`Self::from_box`].

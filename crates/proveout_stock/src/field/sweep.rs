@@ -45,14 +45,15 @@ const MEASURED_ENTRIES: usize = 1 << 16;
 impl TriDexel {
     /// Carries out the items in their order and reports on each.
     ///
-    /// The result does not depend on the number of threads, nor on how a program is cut into batches: a tile sees its items
-    /// in the given order, and sums run over the tiles in a fixed order. An item with a number that is not finite meets
-    /// nothing.
+    /// The result does not depend on the number of threads, nor on how a program is cut into batches: a tile
+    /// sees its items in the given order, and sums run over the tiles in a fixed order. An item with a number
+    /// that is not finite meets nothing.
     pub fn sweep(&mut self, items: &[SweepItem<'_>]) -> Vec<SweepReport> {
         self.sweep_measured(items, &[], &mut Depths::default())
     }
 
-    /// The same, and measures how deep those items were in the material that `measures` says, item by item (none: of no item).
+    /// The same, and measures how deep those items were in the material that `measures` says, item by item
+    /// (none: of no item).
     pub fn sweep_measured(
         &mut self,
         items: &[SweepItem<'_>],

@@ -47,8 +47,8 @@ impl Tile {
             first = last;
             self.start[r + 1] = buffer.len() as u32;
         }
-        // Memory stays near what is held: grown by an eighth, so that a tile that gains an interval now and then is not moved
-        // each time, and given back when less than half is in use.
+        // Memory stays near what is held: grown by an eighth, so that a tile that gains an interval now and
+        // then is not moved each time, and given back when less than half is in use.
         let (need, have) = (buffer.len(), self.spans.capacity());
         if need > have || need < have / 2 {
             self.spans = Vec::with_capacity(if need > have { need + need / 8 } else { need });

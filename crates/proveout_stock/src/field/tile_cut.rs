@@ -1,8 +1,8 @@
 //! Takes what the lanes say away from the material of a tile, and adds it up.
 //!
-//! The intervals of a layer go side by side, layers from above, so that what moves up or down has been worked on; lanes of which
-//! more than one interval is taken go one by one. Sums run over sixteen columns of lanes in the order of the rays and then over the columns, so that every processor adds
-//! in the same order.
+//! The intervals of a layer go side by side, layers from above, so that what moves up or down has been worked
+//! on; lanes of which more than one interval is taken go one by one. Sums run over sixteen columns of lanes
+//! in the order of the rays and then over the columns, so that every processor adds in the same order.
 
 use pulp::{Simd, WithSimd};
 

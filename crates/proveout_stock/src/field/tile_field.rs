@@ -7,7 +7,8 @@
 //!            ^ 0   ^ 1    ^ 2
 //! ```
 //!
-//! Which interval is where follows from the material alone, so results do not depend on how a program is cut into batches.
+//! Which interval is where follows from the material alone, so results do not depend on how a program is cut
+//! into batches.
 
 use crate::{
     field::grid::{RayGrid, TILE},
@@ -25,7 +26,8 @@ pub(crate) struct IntervalLayer {
     /// Range of each row, mm; lo > hi: empty.
     pub row_lo: [f64; WIDE],
     pub row_hi: [f64; WIDE],
-    /// The same of each block, and the pairs of rows whose blocks have not been measured since they changed, one bit each.
+    /// The same of each block, and the pairs of rows whose blocks have not been measured since they changed,
+    /// one bit each.
     pub block_lo: [f64; BLOCKS],
     pub block_hi: [f64; BLOCKS],
     pub unmeasured: u8,

@@ -251,7 +251,8 @@ impl Batch<'_> {
         }
     }
 
-    /// Lanes without proof again in parts of the motion, in which all bounds are smaller; what is still without proof is searched.
+    /// Lanes without proof again in parts of the motion, in which all bounds are smaller; what is still
+    /// without proof is searched.
     fn retry_in_parts(&self, ready: &ReadyItem, a: usize, scratch: &mut Scratch) {
         let mut places = std::mem::take(&mut scratch.places);
         places.clear();
@@ -309,8 +310,8 @@ impl Batch<'_> {
         scratch.places = places;
     }
 
-    /// The search for one lane in one part of a motion, added to what the lane had `before`; without proof it stays where the
-    /// intervals are apart.
+    /// The search for one lane in one part of a motion, added to what the lane had `before`; without proof it
+    /// stays where the intervals are apart.
     fn search_part(
         &self,
         step: &SweepStep,

@@ -40,8 +40,8 @@ pub(crate) fn is_later(change: &RayChange, id: Option<u32>) -> bool {
 }
 
 impl Undo {
-    /// Remembers how a ray gets from its new ends back to the old ones; `n` and `m` are their numbers, `same(i, j)` compares an
-    /// old with a new end, `old(i)` gives an old one.
+    /// Remembers how a ray gets from its new ends back to the old ones; `n` and `m` are their numbers,
+    /// `same(i, j)` compares an old with a new end, `old(i)` gives an old one.
     pub(crate) fn remember_change(
         &mut self,
         ray: u8,

@@ -1,5 +1,5 @@
-//! What is remembered of each change of a tile while items are carried out, where somebody asked: the way back, and what the
-//! cutter was engaged in.
+//! What is remembered of each change of a tile while items are carried out, where somebody asked: the way
+//! back, and what the cutter was engaged in.
 //!
 //! The intervals before and after an item are compared, so that the watch knows nothing of how they were cut.
 
@@ -12,8 +12,8 @@ use crate::{
     kernels::vec3::V,
 };
 
-/// Removed intervals shorter than this (mm) are no engagement: a surface that the same body made overlaps with it by the bound
-/// of the sweep, which is this long on rays at two degrees to it.
+/// Removed intervals shorter than this (mm) are no engagement: a surface that the same body made overlaps
+/// with it by the bound of the sweep, which is this long on rays at two degrees to it.
 const SHAVING: f64 = 0.01;
 
 /// The watch over one tile.

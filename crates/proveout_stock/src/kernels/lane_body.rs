@@ -1,9 +1,10 @@
 //! Sweep of any convex body for many rays at once: Newton's method on the envelope, with a proof for each ray.
 //!
-//! An end of the interval that a moving body takes up on a ray is a point (tau, s) with `F = 0` and `F_tau = 0`, or `F = 0` at the
-//! beginning or end of the motion. Newton's method on this pair finds it in a few steps; curvatures of the body are known in
-//! closed form, `kr = F_r / r` round the axis and `km` along the meridian. What the search found is accepted only with a proof by
-//! a supporting half space, as in `ray_turn`:
+//! An end of the interval that a moving body takes up on a ray is a point (tau, s) with `F = 0` and `F_tau =
+//! 0`, or `F = 0` at the beginning or end of the motion. Newton's method on this pair finds it in a few
+//! steps; curvatures of the body are known in closed form, `kr = F_r / r` round the axis and `km` along the
+//! meridian. What the search found is accepted only with a proof by a supporting half space, as in
+//! `ray_turn`:
 //!
 //! ```text
 //!                 .---- F >= f + F_tau dtau + F_s ds - ...   at all other times: the body is nowhere deeper than
@@ -15,19 +16,22 @@
 //!                            bound all of it
 //! ```
 //!
-//! A ray that the body misses is proven by the same inequality: F > 0 at a point, and growing towards all of the material; by two
-//! points on both sides of the minimum along the ray; or, most often, by the support of the body on its way in the direction of
-//! the normal across the ray (`lane_sample::clearance`), which says the same about all of the ray. The search begins inside of the
-//! body, where its axis is nearest to the ray, and leaves it on the parabola with the height, slope and curvature of the skin. The
-//! first sample (`lane_search::first_sample`) settles most rays and gives the starts of the searches for both ends.
+//! A ray that the body misses is proven by the same inequality: F > 0 at a point, and growing towards all of
+//! the material; by two points on both sides of the minimum along the ray; or, most often, by the support of
+//! the body on its way in the direction of the normal across the ray (`lane_sample::clearance`), which says
+//! the same about all of the ray. The search begins inside of the body, where its axis is nearest to the ray,
+//! and leaves it on the parabola with the height, slope and curvature of the skin. The first sample
+//! (`lane_search::first_sample`) settles most rays and gives the starts of the searches for both ends.
 //!
-//! An end is accepted before F is zero where the skin is smooth: the last step d along the ray leaves at most curvature d^2 / 2,
-//! and the parabola takes most of that away. Its half space is turned to be perpendicular to the velocity, as the normal of the
-//! swept surface is: what it leaves open is then of second order in the error of the time.
+//! An end is accepted before F is zero where the skin is smooth: the last step d along the ray leaves at most
+//! curvature d^2 / 2, and the parabola takes most of that away. Its half space is turned to be perpendicular
+//! to the velocity, as the normal of the swept surface is: what it leaves open is then of second order in the
+//! error of the time.
 //!
-//! Lanes without proof after a few samples are gathered and get a second chance with more, and in quarters of a turning motion;
-//! what is left, such as rays that meet the rim of a flat end mill, is searched by `ray_translate` and `ray_turn`, which always
-//! end. The bounds are the same: [`SEARCH_ERROR`](crate::kernels::motion::SEARCH_ERROR) for a straight motion and [`TURN_ERROR`] more for
+//! Lanes without proof after a few samples are gathered and get a second chance with more, and in quarters of
+//! a turning motion; what is left, such as rays that meet the rim of a flat end mill, is searched by
+//! `ray_translate` and `ray_turn`, which always end. The bounds are the same:
+//! [`SEARCH_ERROR`](crate::kernels::motion::SEARCH_ERROR) for a straight motion and [`TURN_ERROR`] more for
 //! one that turns.
 
 use pulp::{Simd, WithSimd};
@@ -102,8 +106,8 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
         if !wanted.any() {
             continue;
         }
-        // Begin inside of the body if the ray meets it: at the point of the axis that is nearest to the ray, as high as the
-        // material comes when the axis runs along the ray.
+        // Begin inside of the body if the ray meets it: at the point of the axis that is nearest to the ray,
+        // as high as the material comes when the axis runs along the ray.
         let (du, dv) = (ray.u - middle[1], ray.v - middle[2]);
         let top = (ray.hi - middle[0]) * zero.same(along_ray);
         let height = (du.fma(axis[1], dv.fma(axis[2], top)) * zero.same(per_height))

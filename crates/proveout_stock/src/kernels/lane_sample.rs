@@ -66,9 +66,9 @@ pub(crate) struct LaneSample<S: Simd> {
 /// Lower bound of the distance of a point outside the body at any time, by half spaces with the
 /// unit normal `n`, which is fixed in space; `y`: from the tip at the time `tau` to the point.
 ///
-/// A point of the body at the distance X from the tip that turns by the angle w leaves the chord of its way by at most
-/// w^2 X / 8. The body lies in the hull of its tubes (see `meridian`), so its support on its way is at most the largest, over
-/// the tubes, of those at both ends of the motion and that.
+/// A point of the body at the distance X from the tip that turns by the angle w leaves the chord of its way
+/// by at most w^2 X / 8. The body lies in the hull of its tubes (see `meridian`), so its support on its way
+/// is at most the largest, over the tubes, of those at both ends of the motion and that.
 #[inline(always)]
 pub(crate) fn clearance<S: Simd, const TURNS: bool>(
     motion: &LaneMotion<S>,
@@ -105,8 +105,8 @@ pub(crate) fn clearance<S: Simd, const TURNS: bool>(
 }
 
 impl<S: Simd> LaneSample<S> {
-    /// The normal turned to be perpendicular to the ray: the half space then says the same about all of the ray. Where the
-    /// normal runs along the ray, it stays.
+    /// The normal turned to be perpendicular to the ray: the half space then says the same about all of the
+    /// ray. Where the normal runs along the ray, it stays.
     #[inline(always)]
     pub(crate) fn normal_across(&self) -> L3<S> {
         let n = self.normal;
@@ -161,7 +161,8 @@ impl<S: Simd> LaneSample<S> {
         [v[0] + turning[0], v[1] + turning[1], v[2] + turning[2]]
     }
 
-    /// The normal turned to be perpendicular to the velocity, as that of the swept surface is; it stays where the body hardly moves.
+    /// The normal turned to be perpendicular to the velocity, as that of the swept surface is; it stays where
+    /// the body hardly moves.
     #[inline(always)]
     pub(crate) fn normal_across_way<const TURNS: bool>(&self, motion: &LaneMotion<S>) -> L3<S> {
         let v = self.velocity::<TURNS>(motion);
@@ -187,8 +188,9 @@ impl<S: Simd> LaneSample<S> {
 
     /// Curvature of F with time, with time and height, and with height, by the shape of the body alone.
     ///
-    /// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector round the axis,
-    /// `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v) a_s`, but for the turning of the frame.
+    /// With v the velocity of the point against the body, t the tangent of the meridian and a the unit vector
+    /// round the axis, `F_tautau = km (t . v)^2 + kr (a . v)^2` and `F_taus = km (t . v) t_s + kr (a . v)
+    /// a_s`, but for the turning of the frame.
     #[inline(always)]
     pub(crate) fn curvature<const TURNS: bool>(&self, motion: &LaneMotion<S>) -> [L<S>; 3] {
         let (p, w) = (self.p, self.axis);

@@ -14,8 +14,8 @@ use crate::{
 pub(crate) const STEPS: usize = 6;
 /// Samples of the second chance.
 pub(crate) const MORE_STEPS: usize = 24;
-/// An end counts as found when F is this near to zero (mm); a last step of Newton's method follows, so what remains is of
-/// second order.
+/// An end counts as found when F is this near to zero (mm); a last step of Newton's method follows, so what
+/// remains is of second order.
 const FLAT: f64 = 1e-5;
 /// The same on smooth skin, where the square of the last step counts.
 const SMOOTH_FLAT: f64 = 0.01;
@@ -85,7 +85,8 @@ pub(crate) struct FirstSample<S: Simd> {
     pub y: L3<S>,
 }
 
-/// The first sample of a search for the upper end, which settles most rays: the body does not meet the material, or covers its end.
+/// The first sample of a search for the upper end, which settles most rays: the body does not meet the
+/// material, or covers its end.
 #[inline(always)]
 pub(crate) fn first_sample<S: Simd, const TURNS: bool>(
     motion: &LaneMotion<S>,
@@ -129,8 +130,8 @@ pub(crate) fn first_sample<S: Simd, const TURNS: bool>(
         let root = (q.f * s.same(2.0)).fma_from(fss, q.fs * q.fs).max(zero).sqrt();
         let turned = q.fs.le(s.same(RISES));
         let drop = q.f / turned.select(one, q.fs);
-        // Up out of the body: on the parabola with the height, slope and curvature of the skin, or straight. From outside to where F
-        // is least.
+        // Up out of the body: on the parabola with the height, slope and curvature of the skin, or straight.
+        // From outside to where F is least.
         let out = round.select((root - q.fs) * per_fss, turned.select(ray.hi - s, -drop));
         let lowest = round.select(-q.fs * per_fss, turned.select(ray.hi - s, -drop));
         // Down out of it from the covered end.
@@ -220,7 +221,8 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             let apart = outside & !miss;
             let open = apart | (active & near & deficit.gt(allowed));
             if open.any() {
-                // Ends want the half space of the sample, misses one along the ray: it says the same about all of the ray.
+                // Ends want the half space of the sample, misses one along the ray: it says the same about
+                // all of the ray.
                 let mut across = q.normal;
                 if (open & near).any() {
                     across = q.normal_across_way::<TURNS>(motion);

@@ -17,8 +17,8 @@ pub(crate) const BLOCKS: usize = LANES / 4;
 /// Room for a number a row, filled up to the widest vector.
 pub(crate) const WIDE: usize = 16;
 
-/// What is known of a lane: nothing is taken, one interval is taken, or the kernel could not prove its answer and the ray must
-/// be searched (see `ray_translate`, `ray_turn`).
+/// What is known of a lane: nothing is taken, one interval is taken, or the kernel could not prove its answer
+/// and the ray must be searched (see `ray_translate`, `ray_turn`).
 pub(crate) const NOTHING: f64 = 0.0;
 pub(crate) const TAKEN: f64 = 1.0;
 pub(crate) const UNPROVEN: f64 = 2.0;
@@ -28,8 +28,8 @@ pub(crate) const IDLE: f64 = 3.0;
 /// Maker of an end that was there before the batch began.
 pub(crate) const OLD: f64 = -1.0;
 
-/// One array a quantity. Makers are numbers of steps of the batch, times are those of the step, 0 to 1: they give the normal
-/// of an end when it is wanted.
+/// One array a quantity. Makers are numbers of steps of the batch, times are those of the step, 0 to 1: they
+/// give the normal of an end when it is wanted.
 #[derive(Clone, Debug)]
 #[repr(align(64))]
 pub(crate) struct Lanes {
@@ -149,8 +149,8 @@ impl Lanes {
         }
     }
 
-    /// Fills the lanes from the first on with the material of some of another set, one bit each, and asks for them; those that find no
-    /// room are left. Returns them.
+    /// Fills the lanes from the first on with the material of some of another set, one bit each, and asks for
+    /// them; those that find no room are left. Returns them.
     pub(crate) fn gather(&mut self, from: &Self, which: u64) -> u64 {
         let mut left = which;
         while left != 0 && self.n < LANES {

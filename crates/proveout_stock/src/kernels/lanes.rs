@@ -1,13 +1,15 @@
 //! Arithmetic on several rays at once.
 //!
-//! [`L`] holds twice as many numbers as the processor works on in one instruction, [`Mask`] as many conditions; `pulp` chooses
-//! the instructions at run time. Two vectors side by side, since every step of a search waits for the one before: the second
-//! vector runs in the gaps. Only operations that IEEE 754 rounds exactly are offered (no reciprocal estimates, no sums across
-//! lanes), so each lane has the same bits on any processor, whatever its neighbors are. Fused multiplication and addition is one
-//! of them; a processor without it (x86 before 2013) calculates it in software, slowly.
+//! [`L`] holds twice as many numbers as the processor works on in one instruction, [`Mask`] as many
+//! conditions; `pulp` chooses the instructions at run time. Two vectors side by side, since every step of a
+//! search waits for the one before: the second vector runs in the gaps. Only operations that IEEE 754 rounds
+//! exactly are offered (no reciprocal estimates, no sums across lanes), so each lane has the same bits on any
+//! processor, whatever its neighbors are. Fused multiplication and addition is one of them; a processor
+//! without it (x86 before 2013) calculates it in software, slowly.
 //!
-//! Everything that works on lanes must be a function with `#[inline(always)]`: a closure, or anything of the standard library
-//! that takes one, is compiled without the instructions and then called for every single operation.
+//! Everything that works on lanes must be a function with `#[inline(always)]`: a closure, or anything of the
+//! standard library that takes one, is compiled without the instructions and then called for every single
+//! operation.
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

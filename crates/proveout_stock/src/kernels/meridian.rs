@@ -14,10 +14,10 @@
 //!         +-----------> r                    the tangent line at the nearer end elsewhere
 //! ```
 //!
-//! is zero on the skin, negative inside and positive outside. In space `r` is a convex function of the point and `n_r` is
-//! not negative, so F is convex; its gradient is a unit vector, so F never exceeds the distance, equals it wherever the
-//! nearest skin point is smooth, and its value and gradient at any point give a half space that holds the whole body.
-//! The sweep needs nothing else from a body.
+//! is zero on the skin, negative inside and positive outside. In space `r` is a convex function of the point
+//! and `n_r` is not negative, so F is convex; its gradient is a unit vector, so F never exceeds the distance,
+//! equals it wherever the nearest skin point is smooth, and its value and gradient at any point give a half
+//! space that holds the whole body. The sweep needs nothing else from a body.
 
 use proveout_tool::{Profile, Segment};
 
@@ -106,8 +106,8 @@ fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
     let mut tubes: Vec<[f64; 4]> = Vec::new();
     for s in segments {
         if let Segment::Arc { center, radius, .. } = *s {
-            // A point of the tube is one of its circle and the radius along the normal; where the center lies beyond the axis
-            // there is no such circle, and the points of the arc count.
+            // A point of the tube is one of its circle and the radius along the normal; where the center lies
+            // beyond the axis there is no such circle, and the points of the arc count.
             let reach = if center[0] >= 0.0 {
                 center[0].hypot(center[1])
             } else {
@@ -122,8 +122,8 @@ fn tubes(segments: &[Segment]) -> Vec<[f64; 4]> {
             tubes.push([p[0], p[1], 0.0, p[0].hypot(p[1])]);
         }
     }
-    // What lies in the hull of another is of no interest: its support is nowhere larger, on the outside where the sine is not
-    // negative.
+    // What lies in the hull of another is of no interest: its support is nowhere larger, on the outside where
+    // the sine is not negative.
     let mut kept: Vec<[f64; 4]> = Vec::new();
     for (k, a) in tubes.iter().enumerate() {
         let within = |b: &[f64; 4]| {
@@ -162,8 +162,8 @@ impl Quarter {
         };
         let mut others = pieces.to_vec();
         others.remove(at);
-        // The arc's function is nowhere below that of its last tangent on the axis; a plane across the axis stays below that as far
-        // from itself.
+        // The arc's function is nowhere below that of its last tangent on the axis; a plane across the axis
+        // stays below that as far from itself.
         let deepest = -center[0] - radius;
         let alone_below = others.iter().fold(f64::INFINITY, |below, p| match *p {
             MeridianPiece::Line { nr: 0.0, nz: 1.0, c } => below.min(c + deepest),
@@ -180,8 +180,9 @@ pub(crate) struct Meridian {
     /// A quarter of a circle among them, and the others.
     pub quarter: Option<Quarter>,
     pub others: Vec<MeridianPiece>,
-    /// Circles about the axis, (r, z, radius, reach): the support function of the body is at most the largest of `r sin + z cos +
-    /// radius`. Reach: how far from the tip a point is that turning moves off the chord of its way, mm.
+    /// Circles about the axis, (r, z, radius, reach): the support function of the body is at most the largest
+    /// of `r sin + z cos + radius`. Reach: how far from the tip a point is that turning moves off the chord
+    /// of its way, mm.
     pub tubes: Vec<[f64; 4]>,
     /// Height of the center and radius of a ball that lies in the body and holds all of it below `pieces`.
     pub ball: Option<[f64; 2]>,
@@ -199,8 +200,9 @@ pub(crate) struct Meridian {
     pub bend: f64,
 }
 
-/// Distance from an edge beyond which F is smooth as far as 0.01 mm off the skin, mm: the ridge of F at an edge runs along the
-/// bisector of both normals, whose angle with either is below 84 degrees on a body of more than a knife's edge.
+/// Distance from an edge beyond which F is smooth as far as 0.01 mm off the skin, mm: the ridge of F at an
+/// edge runs along the bisector of both normals, whose angle with either is below 84 degrees on a body of
+/// more than a knife's edge.
 const EDGE: f64 = 0.1;
 
 /// The widest range of heights without edges, `EDGE` away from them, and the largest curvature of the meridian.

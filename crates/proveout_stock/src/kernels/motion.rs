@@ -134,8 +134,8 @@ impl MotionPiece {
     }
 }
 
-/// Splits a motion into pieces of small turn. A motion that only translates stays whole; one that turns also stays short
-/// against the body, so that a piece meets few tiles.
+/// Splits a motion into pieces of small turn. A motion that only translates stays whole; one that turns also
+/// stays short against the body, so that a piece meets few tiles.
 pub(crate) fn pieces(motion: &SweepMotion, radius: f64) -> Vec<MotionPiece> {
     let angle = motion.from.angle_to(&motion.to);
     if angle <= NO_TURN {
@@ -145,8 +145,8 @@ pub(crate) fn pieces(motion: &SweepMotion, radius: f64) -> Vec<MotionPiece> {
     split(motion, (angle / PIECE_TURN).max(travel / radius.max(2.0)))
 }
 
-/// Splits a motion for a ball whose center lies at height `z` on the axis: only the path of the center counts, which leaves
-/// its chord by angle^2 z / 8.
+/// Splits a motion for a ball whose center lies at height `z` on the axis: only the path of the center
+/// counts, which leaves its chord by angle^2 z / 8.
 pub(crate) fn ball_pieces(motion: &SweepMotion, z: f64) -> Vec<MotionPiece> {
     let angle = motion.from.angle_to(&motion.to);
     split(motion, (angle * (z.abs() / (8.0 * TURN_ERROR)).sqrt()).max(angle / BALL_TURN))
@@ -207,8 +207,8 @@ pub(crate) fn stays_outside(motion: &SweepMotion, body: &Meridian, bounds: &Aabb
     })
 }
 
-/// Box round the part of the body above `Meridian::rest_z` that may come into `bounds` on one piece of its way, mm. Between the
-/// ends of a piece a point leaves its chord by at most the bend / 8.
+/// Box round the part of the body above `Meridian::rest_z` that may come into `bounds` on one piece of its
+/// way, mm. Between the ends of a piece a point leaves its chord by at most the bend / 8.
 ///
 /// ```text
 ///        \   \          a tilting tool: only its heights from a to b come into the stock
@@ -227,7 +227,8 @@ pub(crate) fn swept_box(p: &MotionPiece, body: &Meridian, bounds: &Aabb) -> Aabb
     let (mut low, mut high) = (body.rest_z, body.z[1]);
     for i in 0..3 {
         for (side, face) in [(1.0, bounds.max[i]), (-1.0, bounds.min[i])] {
-            // Heights that stay beyond this face at both ends of the piece, and so on all of it, are none of this box's business.
+            // Heights that stay beyond this face at both ends of the piece, and so on all of it, are none of
+            // this box's business.
             let (mut from, mut to) = (low, high);
             for (tip, axis, half) in &ends {
                 // Beyond: side (tip + z axis) - half > side face + bend.

@@ -48,9 +48,10 @@ const SHORTEST: f64 = 1e-3;
 
 /// Normal of the swept surface at an end at `s` that was sampled at time `tau`; `sign` 1: upper end.
 ///
-/// On a smooth face the normal of the body is perpendicular to the velocity, and is that of the swept surface. Where an edge
-/// of the body, such as the rim of a flat end mill, makes the surface, the sample is that of one of the two faces; the swept
-/// surface has the normal between both that is perpendicular to the velocity. `way`: bound of the motion of the body, mm.
+/// On a smooth face the normal of the body is perpendicular to the velocity, and is that of the swept
+/// surface. Where an edge of the body, such as the rim of a flat end mill, makes the surface, the sample is
+/// that of one of the two faces; the swept surface has the normal between both that is perpendicular to the
+/// velocity. `way`: bound of the motion of the body, mm.
 pub(crate) fn swept_normal(
     piece: &MotionPiece,
     body: &Meridian,

@@ -1,8 +1,8 @@
 //! Closed form: the ray against a ball whose center moves straight.
 //!
-//! The center is c(t) = c0 + t D, 0 <= t <= 1; split D = De e + Dp with Dp perpendicular to the ray direction e, and let
-//! tau measure the time from the nearest approach to the ray, at distance h0. With k^2 = R^2 - h0^2 the upper end at
-//! time tau is
+//! The center is c(t) = c0 + t D, 0 <= t <= 1; split D = De e + Dp with Dp perpendicular to the ray direction
+//! e, and let tau measure the time from the nearest approach to the ray, at distance h0. With k^2 = R^2 -
+//! h0^2 the upper end at time tau is
 //!
 //! ```text
 //!     b(tau) = b0 + De tau + sqrt(k^2 - |Dp|^2 tau^2)         half an ellipse on a slope: concave
@@ -13,8 +13,9 @@
 //!         +--[----------]---> tau
 //! ```
 //!
-//! and the lower end is least at -tau*. The function is concave, so the greatest value in a range is at the point of the
-//! range nearest to tau*. No search, no case is missed: the ray is touched exactly when k^2 > 0 and the ranges meet.
+//! and the lower end is least at -tau*. The function is concave, so the greatest value in a range is at the
+//! point of the range nearest to tau*. No search, no case is missed: the ray is touched exactly when k^2 > 0
+//! and the ranges meet.
 
 use crate::{
     field::span::SLIVER,

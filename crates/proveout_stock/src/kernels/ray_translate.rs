@@ -1,9 +1,9 @@
 //! Exact sweep of any convex body along a straight line.
 //!
-//! For a translation F(t, s), the body's convex function (see `meridian`) at height s of the ray and time t, is convex
-//! in both together, since the point in the frame of the body is affine in (t, s). So the set of (t, s) with F <= 0 is
-//! convex, and the interval wanted is its shadow on the s axis. Every sample with F > 0 gives a half plane that holds the
-//! whole set:
+//! For a translation F(t, s), the body's convex function (see `meridian`) at height s of the ray and time t,
+//! is convex in both together, since the point in the frame of the body is affine in (t, s). So the set of
+//! (t, s) with F <= 0 is convex, and the interval wanted is its shadow on the s axis. Every sample with F > 0
+//! gives a half plane that holds the whole set:
 //!
 //! ```text
 //!    s ^  +-------*---------+      Start from the rectangle 0 <= t <= 1, material range of the ray.
@@ -14,9 +14,11 @@
 //!      +--------------------> t
 //! ```
 //!
-//! Each cut at a smooth maximum halves the angle between the two tangents, so the distance falls by four a step. Within
-//! [`SEARCH_ERROR`] the step ends by Newton's method along the ray at fixed t, which lands on the skin of a true position of
-//! the body: the end is then exact or short by no more than that bound. Grazing rays need no special case. (Cutting planes: Kelley 1960, "The Cutting-Plane Method for Solving Convex Programs".)
+//! Each cut at a smooth maximum halves the angle between the two tangents, so the distance falls by four a
+//! step. Within [`SEARCH_ERROR`] the step ends by Newton's method along the ray at fixed t, which lands on
+//! the skin of a true position of the body: the end is then exact or short by no more than that bound.
+//! Grazing rays need no special case. (Cutting planes: Kelley 1960, "The Cutting-Plane Method for Solving
+//! Convex Programs".)
 
 use crate::{
     field::span::SLIVER,
@@ -91,7 +93,8 @@ impl Polygon {
     }
 }
 
-/// Interval that a body takes up on a ray while it translates; its ends outside of the ray's range may be cut off there.
+/// Interval that a body takes up on a ray while it translates; its ends outside of the ray's range may be cut
+/// off there.
 pub(crate) fn sweep_translation(piece: &MotionPiece, body: &Meridian, ray: &RayLine) -> Option<TakenInterval> {
     let mut polygon = Polygon::new(ray.lo, ray.hi);
     // One sample in the middle proves most misses: facing the axis of the body, or as near as the material comes.
@@ -141,8 +144,8 @@ fn find_end(
     last
 }
 
-/// Newton's method along the ray at fixed time; none when it moves the end by more than [`SEARCH_ERROR`]. The depth in the
-/// swept body changes along the ray by no more than the way, so no deeper point is lost.
+/// Newton's method along the ray at fixed time; none when it moves the end by more than [`SEARCH_ERROR`]. The
+/// depth in the swept body changes along the ray by no more than the way, so no deeper point is lost.
 fn polish(
     piece: &MotionPiece,
     body: &Meridian,

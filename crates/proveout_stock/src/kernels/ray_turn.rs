@@ -1,12 +1,13 @@
 //! Sweep of any convex body whose tip moves while its axis turns.
 //!
-//! At one time tau the ray meets the convex body in an interval, found by Newton's method on the convex function
-//! s -> F(tau, s) from outside (it cannot overshoot), or not at all, and then two samples left and right of the minimum prove
-//! the gap. What is wanted is the union over tau.
+//! At one time tau the ray meets the convex body in an interval, found by Newton's method on the convex
+//! function s -> F(tau, s) from outside (it cannot overshoot), or not at all, and then two samples left and
+//! right of the minimum prove the gap. What is wanted is the union over tau.
 //!
-//! A supporting half space of the body at one time bounds F at other times too. In the frame of the body a point of the
-//! ray moves on q(tau, s) = R(tau)^T (p + s e - tip(tau)). With the normal n of a sample at (tau0, s0), carried along with the
-//! body, y = x - tip, the angular velocity w and the travel d of the piece,
+//! A supporting half space of the body at one time bounds F at other times too. In the frame of the body a
+//! point of the ray moves on q(tau, s) = R(tau)^T (p + s e - tip(tau)). With the normal n of a sample at
+//! (tau0, s0), carried along with the body, y = x - tip, the angular velocity w and the travel d of the
+//! piece,
 //!
 //! ```text
 //!     n . q_tautau = (w . n)(w . y) - w^2 (n . y) - 2 (w x n) . d  = B
@@ -27,12 +28,12 @@
 //!       +--[----------------]---> tau
 //! ```
 //!
-//! The crossing of the two tangents is where normal . velocity changes its sign, the envelope. Since (1) holds for every
-//! convex body and needs nothing about what happens between the samples, the result is proven: what is missed lies less than
-//! [`SEARCH_ERROR`] + [`TURN_ERROR`] deep in the swept body. Intervals at the ends of a range that do not overlap may have
-//! material between them (a thin neck), so such a range is split first. When no point of the body moves further than
-//! [`TURN_ERROR`] in a range, nothing deeper can be missed and what lies between two intervals is within it of the body;
-//! that ends every splitting.
+//! The crossing of the two tangents is where normal . velocity changes its sign, the envelope. Since (1)
+//! holds for every convex body and needs nothing about what happens between the samples, the result is
+//! proven: what is missed lies less than [`SEARCH_ERROR`] + [`TURN_ERROR`] deep in the swept body. Intervals
+//! at the ends of a range that do not overlap may have material between them (a thin neck), so such a range
+//! is split first. When no point of the body moves further than [`TURN_ERROR`] in a range, nothing deeper can
+//! be missed and what lies between two intervals is within it of the body; that ends every splitting.
 
 use crate::{
     field::span::SLIVER,
@@ -82,7 +83,8 @@ impl HalfPlaneBound {
         self.value + self.ft * dtau + 0.5 * self.second * dtau * dtau
     }
 
-    /// Least right side of (1) from the sample to a time: on its way the parabola hangs at most B dtau^2 / 8 below its chord.
+    /// Least right side of (1) from the sample to a time: on its way the parabola hangs at most B dtau^2 / 8
+    /// below its chord.
     fn least(&self, dtau: f64, angle2: f64, third: f64) -> f64 {
         let square = dtau * dtau;
         self.value.min(self.at(dtau))
@@ -143,8 +145,8 @@ impl TurnSweep<'_> {
         self.piece.sample(self.body, self.ray.at(s), tau)
     }
 
-    /// Half space with a normal, known to have a value at the height `s`, as (1) needs it there. All terms are linear in
-    /// the normal, so a mean of two samples may be given.
+    /// Half space with a normal, known to have a value at the height `s`, as (1) needs it there. All terms
+    /// are linear in the normal, so a mean of two samples may be given.
     fn bound_at(&self, tau: f64, s: f64, normal: V, value: f64) -> HalfPlaneBound {
         let axis = self.piece.axis_at(tau);
         let omega = cross(axis, self.piece.turn);
@@ -289,8 +291,8 @@ impl TurnSweep<'_> {
             }
         };
         let Some(open) = open else { return };
-        // Between a miss and a hit, where the gap closes: from outside, as Newton's method on a convex function does. Every
-        // third time the middle, which ends the splitting whatever the shape.
+        // Between a miss and a hit, where the gap closes: from outside, as Newton's method on a convex
+        // function does. Every third time the middle, which ends the splitting whatever the shape.
         let at = match states {
             _ if depth.is_multiple_of(3) => 0.5 * h,
             [RayState::Misses(gap), RayState::Meets { .. }] if gap.ft < 0.0 => (gap.value + TURN_ERROR) / -gap.ft,

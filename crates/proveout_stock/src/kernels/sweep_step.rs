@@ -21,13 +21,13 @@ pub(crate) struct SweepStep {
     pub high: V,
     /// The item, in `Batch::ready`.
     pub item: u32,
-    /// Tip and axis at mid-time, the heights between which the body lies, and how far from that piece of axis any of its points
-    /// comes at any time, mm.
+    /// Tip and axis at mid-time, the heights between which the body lies, and how far from that piece of axis
+    /// any of its points comes at any time, mm.
     middle: [V; 2],
     heights: [f64; 2],
     round: f64,
-    /// What the turn takes at most, at any time, from a half space of mid-time: for each millimeter from where it was taken, for each
-    /// from the tip, and everywhere, mm.
+    /// What the turn takes at most, at any time, from a half space of mid-time: for each millimeter from
+    /// where it was taken, for each from the tip, and everywhere, mm.
     sway: f64,
     bow: f64,
     drift: f64,
@@ -69,11 +69,13 @@ impl SweepStep {
         dot(away, away) > near * near
     }
 
-    /// Whether the body stays away from a box, by the half space that its function has at the middle of the box at mid-time.
+    /// Whether the body stays away from a box, by the half space that its function has at the middle of the
+    /// box at mid-time.
     ///
-    /// F is convex with a unit gradient: F at the middle less the extent of the box along the normal bounds F in the box at mid-time.
-    /// At other times it is less by half of `F_tau` at most, and by what turning adds: see (1) of `ray_turn`, whose second and third
-    /// derivatives grow with the distance of the point from the tip.
+    /// F is convex with a unit gradient: F at the middle less the extent of the box along the normal bounds F
+    /// in the box at mid-time. At other times it is less by half of `F_tau` at most, and by what turning
+    /// adds: see (1) of `ray_turn`, whose second and third derivatives grow with the distance of the point
+    /// from the tip.
     #[inline]
     pub(crate) fn clears(&self, body: &Meridian, s: [f64; 2], u: [f64; 2], v: [f64; 2]) -> bool {
         let half = [0.5 * (s[1] - s[0]), 0.5 * (u[1] - u[0]), 0.5 * (v[1] - v[0])];

@@ -1,7 +1,8 @@
 //! A surface cut at the faces of boxes: inside of one, or outside of all.
 //!
-//! A triangle is cut by one plane after the other (Sutherland and Hodgman 1974). A corner on a plane belongs to both sides, and a
-//! cut edge has one new vertex for both triangles at it, so that each part hangs together as the whole did.
+//! A triangle is cut by one plane after the other (Sutherland and Hodgman 1974). A corner on a plane belongs
+//! to both sides, and a cut edge has one new vertex for both triangles at it, so that each part hangs
+//! together as the whole did.
 
 use std::collections::HashMap;
 

@@ -1,8 +1,9 @@
 //! Bytes of interval ends: each end is encoded by its difference from the previous end of the same
 //! kind.
 //!
-//! Neighboring rays end at nearly the same height on the same face, so the XOR of the bit patterns has leading zeros, and
-//! mover and normal are mostly those of the neighbor. One control byte an end says what follows:
+//! Neighboring rays end at nearly the same height on the same face, so the XOR of the bit patterns has
+//! leading zeros, and mover and normal are mostly those of the neighbor. One control byte an end says what
+//! follows:
 //!
 //! ```text
 //!   bit 7 6 | 5            | 4        | 3 2 1 0

@@ -1,7 +1,8 @@
 //! The stock as it stood after any move, without another run.
 //!
-//! A cut only takes away, and on a ray it changes a run of neighboring ends: the top goes from one height to another, a hole
-//! puts two new ends in, an island takes two away. The log of a tile keeps, in the order of the items, what stood there before:
+//! A cut only takes away, and on a ray it changes a run of neighboring ends: the top goes from one height to
+//! another, a hole puts two new ends in, an island takes two away. The log of a tile keeps, in the order of
+//! the items, what stood there before:
 //!
 //! ```text
 //!   ends of a ray     0.0   8.0              0.0   3.0   5.0   8.0            0.0   3.0
@@ -9,9 +10,9 @@
 //!   log                at 1, take 2, put nothing            at 2, take 2, put 5.0 and 8.0 back
 //! ```
 //!
-//! Undoing the log from its end until the first change of an item that is not later than the one asked for gives the ends of
-//! that moment bit for bit, with what made them. A change takes 12 bytes and 16 for each end to put back: 28 bytes where a
-//! surface is lowered, 12 where a hole is made.
+//! Undoing the log from its end until the first change of an item that is not later than the one asked for
+//! gives the ends of that moment bit for bit, with what made them. A change takes 12 bytes and 16 for each
+//! end to put back: 28 bytes where a surface is lowered, 12 where a hole is made.
 
 use rayon::prelude::*;
 use thiserror::Error;
@@ -51,8 +52,9 @@ pub enum HistoryError {
 }
 
 impl TriDexel {
-    /// Remembers from now on what each removal changes, so that [`Self::after`] can go back. The items must come with rising
-    /// ids. Costs 28 bytes where a ray gets a new end (12 where it gets two), see [`Self::history_bytes`].
+    /// Remembers from now on what each removal changes, so that [`Self::after`] can go back. The items must
+    /// come with rising ids. Costs 28 bytes where a ray gets a new end (12 where it gets two), see
+    /// [`Self::history_bytes`].
     pub fn keep_history(&mut self) {
         if self.history.is_none() {
             self.history = Some(History { tiles: vec![Undo::default(); self.tiles.len()], ended: Vec::new() });
@@ -148,8 +150,8 @@ impl TriDexel {
         self.back_to(None)
     }
 
-    /// The stock after the last item that had ended at `time_s`, and that item; an item that was then under way counts as
-    /// not begun. Times are those of [`Self::note_end`].
+    /// The stock after the last item that had ended at `time_s`, and that item; an item that was then under
+    /// way counts as not begun. Times are those of [`Self::note_end`].
     ///
     /// # Errors
     /// [`HistoryError`], also when no item had ended.

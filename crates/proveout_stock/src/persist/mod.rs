@@ -1,4 +1,5 @@
-//! Stocks of other moments, poses and cells, and stocks in shares: files, what sweeps did, the way back, re-gridding, patches.
+//! Stocks of other moments, poses and cells, and stocks in shares: files, what sweeps did, the way back,
+//! re-gridding, patches.
 
 pub(crate) mod clip;
 pub(crate) mod codec;

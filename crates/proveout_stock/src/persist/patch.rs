@@ -10,14 +10,15 @@
 //!      +-----------------------------+
 //! ```
 //!
-//! Inside of the **window** the surface is that of the patch, outside that of the stock: points by where they lie, meshes cut at
-//! the faces of the window. The faces at which the patch was cut off lie outside of the window, and so do the cells whose
-//! vertices they could move.
+//! Inside of the **window** the surface is that of the patch, outside that of the stock: points by where they
+//! lie, meshes cut at the faces of the window. The faces at which the patch was cut off lie outside of the
+//! window, and so do the cells whose vertices they could move.
 //!
-//! The cells of a patch are those that the whole stock would have with the patch's cells: same corner, same tiles of 8 x 8
-//! rays. So its rays are the rays of such a stock (to rounding of their place, 1e-14 mm; bit for bit where the edges of the cells
-//! are sums of powers of two), and the sweeps give them the same ends within their bound: a search on a ray begins at the ends of its
-//! material, which are others where the box cuts it.
+//! The cells of a patch are those that the whole stock would have with the patch's cells: same corner, same
+//! tiles of 8 x 8 rays. So its rays are the rays of such a stock (to rounding of their place, 1e-14 mm; bit
+//! for bit where the edges of the cells are sums of powers of two), and the sweeps give them the same ends
+//! within their bound: a search on a ray begins at the ends of its material, which are others where the box
+//! cuts it.
 
 use proveout_geom::{Aabb, Point};
 use thiserror::Error;
@@ -242,8 +243,9 @@ impl Patch {
         self.plan.window.contains(p)
     }
 
-    /// Carries out the removing items, in their order; probes and motions that cannot reach the patch are left out. What they meet
-    /// is reported by the stock that the patch belongs to, so that nothing is counted twice.
+    /// Carries out the removing items, in their order; probes and motions that cannot reach the patch are
+    /// left out. What they meet is reported by the stock that the patch belongs to, so that nothing is
+    /// counted twice.
     pub fn sweep(&mut self, items: &[SweepItem<'_>]) {
         let near = self.near(items);
         if !near.is_empty() {
@@ -281,8 +283,8 @@ impl TriDexel {
     }
 }
 
-/// Whether the body can come to a box: its piece of axis lies in the sum of the boxes of the tip's path and of the axis at both
-/// ends, but for the height of the arc on which the axis turns.
+/// Whether the body can come to a box: its piece of axis lies in the sum of the boxes of the tip's path and
+/// of the axis at both ends, but for the height of the arc on which the axis turns.
 fn reaches(item: &SweepItem<'_>, bounds: &Aabb) -> bool {
     let (body, [from, to]) = (item.body, [item.motion.from, item.motion.to]);
     let heights = [body.z_min(), body.z_max()];
@@ -296,8 +298,9 @@ fn reaches(item: &SweepItem<'_>, bounds: &Aabb) -> bool {
     path.expanded(body.max_radius() + arc).intersects(bounds)
 }
 
-/// Material on the ray along `axis` nearest to a place, as [`TriDexel::intervals_on`] gives it, with that of the first patch over
-/// the place inside of its window. Neighboring rays of stock and patch may lie some part of a coarse cell apart.
+/// Material on the ray along `axis` nearest to a place, as [`TriDexel::intervals_on`] gives it, with that of
+/// the first patch over the place inside of its window. Neighboring rays of stock and patch may lie some part
+/// of a coarse cell apart.
 pub fn patched_intervals(stock: &TriDexel, patches: &[Patch], axis: usize, u: f64, v: f64) -> Vec<Interval> {
     let a = axis.min(2);
     let coarse = stock.intervals_on(a, u, v).1;

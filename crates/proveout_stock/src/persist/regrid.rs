@@ -1,7 +1,7 @@
 //! The stock of one setup as the raw stock of the next: another pose, other cells.
 //!
-//! **Right angles.** When the pose turns by right angles and the cells turn with it, every old ray is a ray of the new grid:
-//! ends and normals are taken over, exact but for the rounding of a sum (1e-13 mm).
+//! **Right angles.** When the pose turns by right angles and the cells turn with it, every old ray is a ray
+//! of the new grid: ends and normals are taken over, exact but for the rounding of a sum (1e-13 mm).
 //!
 //! **Any other pose or cell.** The surface is extracted at the resolution of the old cells (dual
 //! contouring, `surface`), moved, and cut by the new rays. The mesh meets the true surface where

@@ -38,7 +38,8 @@ use crate::{
 const CUT: u64 = 1;
 const UNDO: u64 = 2;
 
-/// Gives every part to one of `shares` so that the sums of their loads are alike: the heaviest first, to whoever has least.
+/// Gives every part to one of `shares` so that the sums of their loads are alike: the heaviest first, to
+/// whoever has least.
 fn shares_of(loads: &[u64], shares: u16) -> Vec<u16> {
     let shares = shares.max(1);
     let mut order: Vec<usize> = (0..loads.len()).collect();
@@ -114,8 +115,8 @@ impl TriDexel {
         self.sweep_bound = bound;
     }
 
-    /// Gives every tile to one of `shares`, by whole rows of tiles: what a motion has to do with a row of another share is settled by
-    /// one look. `loads` as [`Self::add_loads`] counts them.
+    /// Gives every tile to one of `shares`, by whole rows of tiles: what a motion has to do with a row of
+    /// another share is settled by one look. `loads` as [`Self::add_loads`] counts them.
     pub fn share_rows(&self, loads: &[u64], shares: u16) -> Vec<u16> {
         let rows = rows(&self.grid);
         let mut sums = vec![0_u64; rows.last().map_or(0, |last| last + 1)];

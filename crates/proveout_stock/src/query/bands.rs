@@ -1,8 +1,8 @@
 //! The mesh of the surface band by band: memory for a band of it instead of the whole.
 //!
-//! A band is a stretch of nodes along x. Its triangles join vertices of its own cells and of the last cells of the band before,
-//! which stay for that long; vertices are numbered through, so that the bands one after the other are the mesh that
-//! [`TriDexel::surface`] gives at once.
+//! A band is a stretch of nodes along x. Its triangles join vertices of its own cells and of the last cells
+//! of the band before, which stay for that long; vertices are numbered through, so that the bands one after
+//! the other are the mesh that [`TriDexel::surface`] gives at once.
 
 use proveout_geom::{Point, Vector};
 use rayon::prelude::*;
@@ -76,8 +76,8 @@ impl TriDexel {
         Ok(())
     }
 
-    /// Number of triangles of [`Self::surface`], without making them: two for each edge between a node with material and one
-    /// without.
+    /// Number of triangles of [`Self::surface`], without making them: two for each edge between a node with
+    /// material and one without.
     pub fn surface_triangles(&self) -> u64 {
         let m = self.grid.n;
         let crossed = |i: usize| -> u64 {

@@ -16,7 +16,8 @@ pub struct SolidOverlap {
 }
 
 impl TriDexel {
-    /// Material inside of a closed mesh in the frame of the stock; none where no ray has any. Shells that cross count as their union.
+    /// Material inside of a closed mesh in the frame of the stock; none where no ray has any. Shells that
+    /// cross count as their union.
     ///
     /// ```text
     ///      _________
@@ -26,8 +27,9 @@ impl TriDexel {
     ///             |______|
     /// ```
     ///
-    /// Exact for a face along the axes that sank into another; the way out in that direction, and so at most too large by the slope, for a face
-    /// across. An overlap that is thinner than a cell is seen by the rays across it.
+    /// Exact for a face along the axes that sank into another; the way out in that direction, and so at most
+    /// too large by the slope, for a face across. An overlap that is thinner than a cell is seen by the rays
+    /// across it.
     pub fn overlap_with(&self, solid: &TriMesh) -> Option<SolidOverlap> {
         (0..3).filter_map(|axis| self.overlap_along(solid, axis)).min_by(|x, y| x.depth_mm.total_cmp(&y.depth_mm))
     }

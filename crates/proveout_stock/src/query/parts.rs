@@ -12,8 +12,9 @@
 //!     +--------------> x
 //! ```
 //!
-//! The cost is linear in the rays: as a rule the first row says yes. *Limits.* Material that no ray along z meets (a fin thinner
-//! than a cell, upright between the rays) is not seen; a bridge that runs between all rays does not hold.
+//! The cost is linear in the rays: as a rule the first row says yes. *Limits.* Material that no ray along z
+//! meets (a fin thinner than a cell, upright between the rays) is not seen; a bridge that runs between all
+//! rays does not hold.
 
 use proveout_geom::{Aabb, Point};
 
@@ -89,8 +90,8 @@ impl TriDexel {
         parts
     }
 
-    /// The parts of [`Self::parts`] but the largest, as far as they have a volume (mm³): costs a pass over the rays along z where
-    /// there are none.
+    /// The parts of [`Self::parts`] but the largest, as far as they have a volume (mm³): costs a pass over
+    /// the rays along z where there are none.
     pub fn parts_apart(&self, least_volume: f64) -> Vec<StockPart> {
         let labels = self.labels();
         let mut parts = self.collect(&labels);
@@ -187,9 +188,9 @@ impl TriDexel {
         rows.is_empty() || rows.any(covers)
     }
 
-    /// The part that an interval of a ray along x or y (`a` 0 or 1, ray `(p, q)`) belongs to: that of most of the columns
-    /// whose centers it covers. One that lies between two columns goes with the nearer of those that have material at its height,
-    /// or within a cell of it; none where neither has.
+    /// The part that an interval of a ray along x or y (`a` 0 or 1, ray `(p, q)`) belongs to: that of most of
+    /// the columns whose centers it covers. One that lies between two columns goes with the nearer of those
+    /// that have material at its height, or within a cell of it; none where neither has.
     pub(crate) fn owner(&self, labels: &Labels, a: usize, [p, q]: [usize; 2], span: &MaterialSpan) -> Option<usize> {
         let grid = &self.grid;
         let nx = grid.n[0];

@@ -1,8 +1,9 @@
 //! What can be measured on the stock: sections, distances, thicknesses.
 //!
-//! **On rays** everything is exact: a caliper along an axis reads the ends of one ray. **Between rays** the extracted surface is
-//! taken (dual contouring of the exact crossings, see `surface`), whose error on faces is about cell² / 8 of the radius of
-//! curvature; [`Probe`] holds it with a grid of its triangles, so that many questions cost one extraction.
+//! **On rays** everything is exact: a caliper along an axis reads the ends of one ray. **Between rays** the
+//! extracted surface is taken (dual contouring of the exact crossings, see `surface`), whose error on faces
+//! is about cell² / 8 of the radius of curvature; [`Probe`] holds it with a grid of its triangles, so that
+//! many questions cost one extraction.
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
@@ -57,8 +58,8 @@ impl Probe {
         Self::of_mesh(stock.surface().mesh, COARSE * stock.cell_mm())
     }
 
-    /// Asks a closed mesh, such as a design, instead; `cell_mm` is about the size of its smallest features and bounds only time and
-    /// memory.
+    /// Asks a closed mesh, such as a design, instead; `cell_mm` is about the size of its smallest features
+    /// and bounds only time and memory.
     pub fn of_mesh(mesh: TriMesh, cell_mm: f64) -> Self {
         let bounds =
             if mesh.positions.is_empty() { Aabb { min: Point::origin(), max: Point::origin() } } else { mesh.aabb() };
@@ -111,10 +112,11 @@ impl Probe {
         }
     }
 
-    /// The point of the surface that is nearest to a place, and whether the place lies in material; none without a surface.
+    /// The point of the surface that is nearest to a place, and whether the place lies in material; none
+    /// without a surface.
     ///
-    /// The cells are searched in rings round the place until the next ring is farther than what was found. The side comes
-    /// from the number of crossings of a ray from the place, taken where it is not ambiguous.
+    /// The cells are searched in rings round the place until the next ring is farther than what was found.
+    /// The side comes from the number of crossings of a ray from the place, taken where it is not ambiguous.
     pub fn nearest(&self, place: &Point) -> Option<NearestOnStock> {
         if self.mesh.triangles.is_empty() || !place.iter().all(|x| x.is_finite()) {
             return None;
@@ -164,8 +166,8 @@ impl Probe {
         }
     }
 
-    /// Whether a place lies in material: by the winding of the surface along a ray in the direction `ASKEW`, which runs along no
-    /// face of a machine part.
+    /// Whether a place lies in material: by the winding of the surface along a ray in the direction `ASKEW`,
+    /// which runs along no face of a machine part.
     fn holds(&self, place: &Point) -> bool {
         self.crossings(place, &Vector::from(ASKEW).normalize())
             .iter()
@@ -175,10 +177,12 @@ impl Probe {
             > 0
     }
 
-    /// Where a line crosses the surface: distance along the unit direction, and whether it leaves material there; rising.
+    /// Where a line crosses the surface: distance along the unit direction, and whether it leaves material
+    /// there; rising.
     ///
-    /// Corners of flat faces lie on a lattice, on which people like to measure: the line is moved aside by a millionth of a cell,
-    /// in a direction that meets no such lattice, so that it does not run through corners and edges.
+    /// Corners of flat faces lie on a lattice, on which people like to measure: the line is moved aside by a
+    /// millionth of a cell, in a direction that meets no such lattice, so that it does not run through
+    /// corners and edges.
     fn crossings(&self, from: &Point, way: &Vector) -> Vec<(f64, bool)> {
         let aside = way.cross(&Vector::from(ASIDE)) + way.cross(&Vector::from(ASKEW)) * 0.37;
         let from = &(from + aside * (OFF_LATTICE * self.cell));
@@ -274,8 +278,9 @@ fn crossing(from: &Point, way: &Vector, a: &Point, b: &Point, c: &Point) -> Opti
 }
 
 impl TriDexel {
-    /// Thickness of the material on the ray along `axis` nearest to a place: of the interval that holds the place, or else of
-    /// the first one above it. Exact on the ray; the ray is at most half a cell aside in each direction.
+    /// Thickness of the material on the ray along `axis` nearest to a place: of the interval that holds the
+    /// place, or else of the first one above it. Exact on the ray; the ray is at most half a cell aside in
+    /// each direction.
     ///
     /// ```
     /// use proveout_geom::{Aabb, Point, ToolPose, Vector};

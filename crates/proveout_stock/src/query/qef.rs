@@ -35,8 +35,8 @@ impl Planes {
         self.count += 1.0;
     }
 
-    /// Least squares of the distances from the planes, nearest to the mean of the crossings where they leave it open (Ju et
-    /// al. 2002, "Dual Contouring of Hermite Data"; the truncation of Lindstrom 2000).
+    /// Least squares of the distances from the planes, nearest to the mean of the crossings where they leave
+    /// it open (Ju et al. 2002, "Dual Contouring of Hermite Data"; the truncation of Lindstrom 2000).
     pub(crate) fn solve(&self) -> Point {
         let mean = self.sum / self.count.max(1.0);
         let eigen = SymmetricEigen::new(self.ata);

@@ -1,8 +1,8 @@
 //! The rays of a stock row by row, with the intervals of a closed mesh on the same rays: a design
 //! can be compared with what is left of the stock ray by ray, without a second stock in memory.
 //!
-//! A row holds the tiles of a set that lie side by side along u: eight rays along v, all along u. Rows, tiles and rays come in
-//! the order of [`TriDexel::surface_points`].
+//! A row holds the tiles of a set that lie side by side along u: eight rays along v, all along u. Rows, tiles
+//! and rays come in the order of [`TriDexel::surface_points`].
 
 use proveout_geom::{Point, TriMesh, Vector};
 
@@ -114,7 +114,8 @@ impl TriDexel {
         Some(RayPlace { axis, index: [i, j], at: [self.grid.center(u, i), self.grid.center(v, j)] })
     }
 
-    /// Calls with the interval ends from one x to another, each with its number in the order of [`Self::surface_points`].
+    /// Calls with the interval ends from one x to another, each with its number in the order of
+    /// [`Self::surface_points`].
     pub fn surface_points_between(&self, [from, to]: [f64; 2], mut see: impl FnMut(usize, Point)) {
         let mut number = 0;
         for (t, tile) in self.tiles.iter().enumerate() {
@@ -146,8 +147,8 @@ impl TriDexel {
         }
     }
 
-    /// What a closed mesh has on the rays of the set along `axis`. Material is where the winding number is positive, so that
-    /// shells that cross count as their union.
+    /// What a closed mesh has on the rays of the set along `axis`. Material is where the winding number is
+    /// positive, so that shells that cross count as their union.
     pub fn rows_of_mesh<'a>(&'a self, mesh: &'a TriMesh, axis: usize) -> MeshRows<'a> {
         MeshRows::new(mesh, &self.grid, axis.min(2))
     }

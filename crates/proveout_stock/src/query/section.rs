@@ -1,15 +1,15 @@
 //! Section of a closed mesh with a plane.
 //!
-//! A corner lies above the plane, or on it and below: with this rule no corner is ever on the plane, every triangle has none or
-//! one segment of the section, and every cut edge belongs to two triangles. So each segment has one that follows it, and the
-//! outlines close.
+//! A corner lies above the plane, or on it and below: with this rule no corner is ever on the plane, every
+//! triangle has none or one segment of the section, and every cut edge belongs to two triangles. So each
+//! segment has one that follows it, and the outlines close.
 
 use std::collections::BTreeMap;
 
 use proveout_geom::{Point, TriMesh, Vector};
 
-/// One closed outline of a section: points in order, the last one joined to the first; the material lies to the left seen
-/// against the normal of the plane.
+/// One closed outline of a section: points in order, the last one joined to the first; the material lies to
+/// the left seen against the normal of the plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outline {
     /// Corners, mm.
@@ -35,8 +35,8 @@ pub(crate) fn outlines(mesh: &TriMesh, on: &Point, normal: &Vector) -> Vec<Outli
     let Some(n) = normal.try_normalize(SHORTEST) else { return Vec::new() };
     let height: Vec<f64> = mesh.positions.iter().map(|p| (p - on).dot(&n)).collect();
     let above = |v: u32| height[v as usize] > 0.0;
-    // Segments by the edge that they begin at: the edge of a triangle that goes down through the plane, to the one that goes up.
-    // Seen against the normal the material is then to the left.
+    // Segments by the edge that they begin at: the edge of a triangle that goes down through the plane, to
+    // the one that goes up. Seen against the normal the material is then to the left.
     let mut next: BTreeMap<(u32, u32), Vec<(u32, u32)>> = BTreeMap::new();
     for t in &mesh.triangles {
         let edges = [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])];

@@ -7,8 +7,8 @@ pub(crate) const EDGES: usize = 12;
 /// No crossing on the edge.
 const NONE: u8 = 255;
 
-/// Corner c of a cell has the offsets (c & 1, c >> 1 & 1, c >> 2 & 1); edge e = 4 axis + du + 2 dv runs along `axis` from the
-/// corner with offsets du and dv along axis + 1 and axis + 2 (modulo 3).
+/// Corner c of a cell has the offsets (c & 1, c >> 1 & 1, c >> 2 & 1); edge e = 4 axis + du + 2 dv runs along
+/// `axis` from the corner with offsets du and dv along axis + 1 and axis + 2 (modulo 3).
 pub(crate) struct Sheets {
     sheet: Vec<[u8; EDGES]>,
     count: Vec<u8>,
@@ -77,8 +77,9 @@ fn sheets(config: u8) -> ([u8; EDGES], u8) {
     for normal in 0..3 {
         let (u, v) = ((normal + 1) % 3, (normal + 2) % 3);
         for side in 0..2 {
-            // Edges of the face: along u at v = 0 and 1, along v at u = 0 and 1. In the index of an edge along u the first
-            // offset is along v, the second along normal; along v the first is along normal, the second along u.
+            // Edges of the face: along u at v = 0 and 1, along v at u = 0 and 1. In the index of an edge
+            // along u the first offset is along v, the second along normal; along v the first is along
+            // normal, the second along u.
             let along_u = |at_v: usize| Sheets::edge_index(u, at_v, side);
             let along_v = |at_u: usize| Sheets::edge_index(v, side, at_u);
             let face = [along_u(0), along_v(1), along_u(1), along_v(0)];

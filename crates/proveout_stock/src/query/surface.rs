@@ -1,7 +1,8 @@
 //! Triangles of the stock's surface by dual contouring of the rays.
 //!
-//! The three ray sets meet in the cell centers: the nodes. Rays along z say which nodes hold material; an edge between a
-//! node with and a node without is crossed by the surface, and the ray along that edge gives the exact crossing and normal.
+//! The three ray sets meet in the cell centers: the nodes. Rays along z say which nodes hold material; an
+//! edge between a node with and a node without is crossed by the surface, and the ray along that edge gives
+//! the exact crossing and normal.
 //!
 //! ```text
 //!      o-----x--*     o without, * with material, x crossings
@@ -11,10 +12,11 @@
 //!      *--------*
 //! ```
 //!
-//! Sheets in a cell are separated by the rule that nodes with material do not connect across a face diagonal. Both cells at
-//! a face decide alike, so the mesh is closed wherever the stock is (Ju et al. 2002; Nielson 2004, "Dual Marching Cubes"
-//! for the sheets). Details thinner than a cell that hold no node are in the rays but not in the mesh. Vertices stay in
-//! their cells, so triangles do not fold over. In few configurations two sheets touch along an edge of the mesh.
+//! Sheets in a cell are separated by the rule that nodes with material do not connect across a face diagonal.
+//! Both cells at a face decide alike, so the mesh is closed wherever the stock is (Ju et al. 2002; Nielson
+//! 2004, "Dual Marching Cubes" for the sheets). Details thinner than a cell that hold no node are in the rays
+//! but not in the mesh. Vertices stay in their cells, so triangles do not fold over. In few configurations
+//! two sheets touch along an edge of the mesh.
 //!
 //! With a coarser step only every step-th node is used: level of detail for a recording.
 
@@ -102,8 +104,9 @@ impl TriDexel {
         (surface.mesh, off)
     }
 
-    /// The surface of one block, from every `step`-th node. The meshes of all blocks together are the whole surface: vertices
-    /// on the seams are equal, triangles belong to one block each. Nothing for a block that does not exist.
+    /// The surface of one block, from every `step`-th node. The meshes of all blocks together are the whole
+    /// surface: vertices on the seams are equal, triangles belong to one block each. Nothing for a block that
+    /// does not exist.
     pub fn tile_surface(&self, tile: TileId, step: usize) -> SurfaceMesh {
         // A step that divides the block keeps the nodes of neighboring blocks in line.
         let step = step.clamp(1, BLOCK).next_power_of_two().min(BLOCK);
@@ -327,8 +330,8 @@ impl<'a> Nodes<'a> {
         (point, mark)
     }
 
-    /// Triangles of the edges that start at nodes with x index `i` in `from..to`. The slabs begin at the first x index of the
-    /// nodes; `start` are the numbers of their first vertices.
+    /// Triangles of the edges that start at nodes with x index `i` in `from..to`. The slabs begin at the
+    /// first x index of the nodes; `start` are the numbers of their first vertices.
     pub(crate) fn triangles(
         &self,
         i: usize,

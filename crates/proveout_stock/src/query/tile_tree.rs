@@ -1,4 +1,5 @@
-//! Boxes round the material, tile by tile and over more and more tiles: so that a search for what is near need not look at every ray.
+//! Boxes round the material, tile by tile and over more and more tiles: so that a search for what is near
+//! need not look at every ray.
 //!
 //! ```text
 //!   level 2 (root)   .----------------.
@@ -7,9 +8,10 @@
 //!                    '----------------'
 //! ```
 //!
-//! Each ray set has a tree of its own. A box is the smallest one that holds the intervals of its rays, in the frame of the stock; it is empty
-//! where nothing is left. Nothing is kept of the intervals themselves: they are read from the stock, of which a tree follows only the
-//! tiles that were cut since it was [refreshed](TileTree::refresh).
+//! Each ray set has a tree of its own. A box is the smallest one that holds the intervals of its rays, in the
+//! frame of the stock; it is empty where nothing is left. Nothing is kept of the intervals themselves: they
+//! are read from the stock, of which a tree follows only the tiles that were cut since it was
+//! [refreshed](TileTree::refresh).
 
 use proveout_geom::{Aabb, Point};
 
@@ -70,8 +72,9 @@ impl TileTree {
         tree
     }
 
-    /// Takes over what was cut since the tree was made or refreshed, at the cost of the tiles that were. The stock must be the one that
-    /// it was made of; a tree that is not refreshed holds more than is left, never less.
+    /// Takes over what was cut since the tree was made or refreshed, at the cost of the tiles that were. The
+    /// stock must be the one that it was made of; a tree that is not refreshed holds more than is left, never
+    /// less.
     pub fn refresh(&mut self, stock: &TriDexel) {
         let seen = self.seen;
         if seen != stock.passes {

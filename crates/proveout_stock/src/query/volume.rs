@@ -10,13 +10,14 @@
 //!                                              V_z = t F   V_x = V_y = N = (cells in t) F      so volume = t F
 //! ```
 //!
-//! Each set brings in the part of a cell between its ends and the next borders of cells; the cells themselves count once. A box whose faces
-//! lie along the axes has no error of first order in the cell, wherever its faces are. Of slanted and round faces the parts cancel out, as they do in
-//! each `V_a`.
+//! Each set brings in the part of a cell between its ends and the next borders of cells; the cells themselves
+//! count once. A box whose faces lie along the axes has no error of first order in the cell, wherever its
+//! faces are. Of slanted and round faces the parts cancel out, as they do in each `V_a`.
 //!
-//! N is counted on all three sets, a third each. So a ray adds `3 l - 2 c` thirds of its cell, with l the length of its material and c that of the
-//! cells whose middles it holds. The sum is linear in the material: what one cut takes and another takes later add up, whatever their order, and
-//! nothing is left of a stock without material. What a single small cut takes may be out by a cell.
+//! N is counted on all three sets, a third each. So a ray adds `3 l - 2 c` thirds of its cell, with l the
+//! length of its material and c that of the cells whose middles it holds. The sum is linear in the material:
+//! what one cut takes and another takes later add up, whatever their order, and nothing is left of a stock
+//! without material. What a single small cut takes may be out by a cell.
 //!
 //! The last cell along an axis ends where the stock does, so that the raw block has its own volume.
 

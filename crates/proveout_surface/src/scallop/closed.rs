@@ -13,8 +13,9 @@
 
 /// A ridge of this height (mm) lies between two passes of a ball with these contacts.
 ///
-/// `radius` of the ball and `step` between the contacts (their chord) in mm; `curvature` of the surface across the feed in 1/mm, positive
-/// where it is convex. None where the balls do not meet, or do not fit into a hollow.
+/// `radius` of the ball and `step` between the contacts (their chord) in mm; `curvature` of the surface
+/// across the feed in 1/mm, positive where it is convex. None where the balls do not meet, or do not fit into
+/// a hollow.
 ///
 /// ```
 /// use proveout_surface::scallop::{ball_scallop, ball_step};
@@ -39,13 +40,15 @@ pub fn ball_scallop(radius: f64, step: f64, curvature: f64) -> Option<f64> {
     Some(lifted - below.sqrt())
 }
 
-/// The step between the contacts of two passes of a ball that leave a ridge of this height, mm: inverse of [`ball_scallop`].
+/// The step between the contacts of two passes of a ball that leave a ridge of this height, mm: inverse of
+/// [`ball_scallop`].
 pub fn ball_step(radius: f64, scallop: f64, curvature: f64) -> Option<f64> {
     let grown = 1.0 + curvature * radius;
     if !(radius > 0.0 && grown > 0.0 && scallop >= 0.0 && scallop <= radius) {
         return None;
     }
-    // 1 - cos a = (R^2 - (R - h)^2) rho^-2 / (2 (1 + R/rho) (1 + h/rho)), written with curvatures; then L = 2 rho sin a.
+    // 1 - cos a = (R^2 - (R - h)^2) rho^-2 / (2 (1 + R/rho) (1 + h/rho)), written with curvatures; then L = 2
+    // rho sin a.
     let versed = (2.0 * radius * scallop - scallop * scallop) / (2.0 * grown * (1.0 + curvature * scallop));
     let squared = versed * (2.0 - versed * curvature * curvature);
     (squared >= 0.0).then(|| 2.0 * squared.sqrt())

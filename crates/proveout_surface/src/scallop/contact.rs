@@ -1,21 +1,25 @@
 //! What a cutter leaves at one contact: curvatures, profile across the feed, width of the strip that it cuts.
 //!
-//! Frame of the contact: X along the feed, N the outward normal of the design, Y = N x X, so that +Y is on the left as seen along the
-//! feed. The cutter is any convex body of revolution, its axis T from tip to holder.
+//! Frame of the contact: X along the feed, N the outward normal of the design, Y = N x X, so that +Y is on
+//! the left as seen along the feed. The cutter is any convex body of revolution, its axis T from tip to
+//! holder.
 //!
-//! **Section.** The cut of the standing cutter with the plane Y N (Dong et al. 2023, equations (12), (13)); distances are taken along N.
+//! **Section.** The cut of the standing cutter with the plane Y N (Dong et al. 2023, equations (12), (13));
+//! distances are taken along N.
 //!
-//! **Swept.** While the cutter moves along X it leaves the outline of its shadow on the plane Y N. The shadow of a convex body has the
-//! body's own support function on directions u across X: the farthest point of a body of revolution in direction u lies on the
-//! half plane of u, at the place (r, z) of the generating curve that is farthest along (sin g, cos g), cos g = u T. For a
-//! torus this is the outline of an ellipse with half axes R - r and (R - r) |T X|, grown by r. So, with u = Y sin p - N cos p,
+//! **Swept.** While the cutter moves along X it leaves the outline of its shadow on the plane Y N. The shadow
+//! of a convex body has the body's own support function on directions u across X: the farthest point of a
+//! body of revolution in direction u lies on the half plane of u, at the place (r, z) of the generating curve
+//! that is farthest along (sin g, cos g), cos g = u T. For a torus this is the outline of an ellipse with
+//! half axes R - r and (R - r) |T X|, grown by r. So, with u = Y sin p - N cos p,
 //!
 //! ```text
 //!   place(p) = place of the farthest point in direction u(p) across the feed,    (y, z) = place(p) - place(0)
 //! ```
 //!
-//! runs along the profile from the contact outward. Its curvature at the contact is k1 k2 / k(X), k1 and k2 being the curvatures of
-//! the cutter along and across the lean: both widths agree to second order where the cutter leans along the feed.
+//! runs along the profile from the contact outward. Its curvature at the contact is k1 k2 / k(X), k1 and k2
+//! being the curvatures of the cutter along and across the lean: both widths agree to second order where the
+//! cutter leans along the feed.
 
 use proveout_geom::{Point, Vector};
 use proveout_tool::{Profile, Segment};
@@ -69,7 +73,8 @@ impl<'a> CutterContact<'a> {
         (axis.dot(&normal) > -TILTED).then_some(Self { profile, axis, normal, feed, left: normal.cross(&feed) })
     }
 
-    /// The same with lead and tilt: inclination of the axis to the normal, and azimuth of the lean from the feed toward the left, radian.
+    /// The same with lead and tilt: inclination of the axis to the normal, and azimuth of the lean from the
+    /// feed toward the left, radian.
     pub fn with_tilt(profile: &'a Profile, inclination: f64, azimuth: f64) -> Option<Self> {
         let (sine, cosine) = inclination.sin_cos();
         let axis = Vector::new(sine * azimuth.cos(), sine * azimuth.sin(), cosine);
@@ -122,8 +127,8 @@ impl<'a> CutterContact<'a> {
         [sine.atan2(self.axis.dot(&self.normal)), if sine > NO_LEAN { aside[1].atan2(aside[0]) } else { 0.0 }]
     }
 
-    /// Curvatures of the cutter at the contact along and across its lean, 1/mm: k1 of the generating curve (infinite at a sharp corner),
-    /// k2 = sin / r round the axis (Dong et al. 2023, section 3).
+    /// Curvatures of the cutter at the contact along and across its lean, 1/mm: k1 of the generating curve
+    /// (infinite at a sharp corner), k2 = sin / r round the axis (Dong et al. 2023, section 3).
     pub fn curvatures(&self) -> [f64; 2] {
         let [inclination, _] = self.lean();
         let (sine, cosine) = inclination.sin_cos();
@@ -147,13 +152,15 @@ impl<'a> CutterContact<'a> {
         k2 / (cosine * cosine + k2 / k1 * sine * sine)
     }
 
-    /// Width of the strip by the radius across the feed, 2 sqrt(R^2 - (R - h)^2) (Dong et al. 2023, middle of equation (14)), mm.
+    /// Width of the strip by the radius across the feed, 2 sqrt(R^2 - (R - h)^2) (Dong et al. 2023, middle of
+    /// equation (14)), mm.
     pub fn width_by_radius(&self, height: f64) -> f64 {
         let radius = self.radius_across();
         2.0 * (radius * radius - (radius - height).powi(2)).sqrt()
     }
 
-    /// The cutter lies on the design with the flat of its end: it touches along a line or a face, and no single place of it is the contact.
+    /// The cutter lies on the design with the flat of its end: it touches along a line or a face, and no
+    /// single place of it is the contact.
     pub fn rests_on_flat(&self) -> bool {
         let [inclination, _] = self.lean();
         let lowest = self.profile.z_min();
@@ -170,7 +177,8 @@ impl<'a> CutterContact<'a> {
         self.section_width_over(height, 0.0)
     }
 
-    /// The same along a design of constant curvature across the feed, 1/mm, positive where it is convex: widths are arcs of the design.
+    /// The same along a design of constant curvature across the feed, 1/mm, positive where it is convex:
+    /// widths are arcs of the design.
     pub fn section_width_over(&self, height: f64, curvature: f64) -> Option<[f64; 2]> {
         let standing = StandingCutter::new(self.profile, Point::from(self.tip()), self.axis);
         let widest = 2.0 * (self.profile.max_radius() + self.profile.z_max().abs());
@@ -199,8 +207,8 @@ impl<'a> CutterContact<'a> {
         [place.dot(&self.left), place.dot(&self.normal)]
     }
 
-    /// Where the profile on one side reaches `wanted` in coordinate `k` (0: y to that side, 1: z), both counted along and above a design of this
-    /// curvature; the other coordinate too.
+    /// Where the profile on one side reaches `wanted` in coordinate `k` (0: y to that side, 1: z), both
+    /// counted along and above a design of this curvature; the other coordinate too.
     fn reach(&self, side: f64, k: usize, wanted: f64, curvature: f64) -> Option<[f64; 2]> {
         let from = self.support(&-self.normal);
         let at = |angle: f64| {
@@ -233,7 +241,8 @@ impl<'a> CutterContact<'a> {
         self.swept_width_over(height, 0.0)
     }
 
-    /// The same along a design of constant curvature across the feed, 1/mm, positive where it is convex: widths are arcs of the design.
+    /// The same along a design of constant curvature across the feed, 1/mm, positive where it is convex:
+    /// widths are arcs of the design.
     pub fn swept_width_over(&self, height: f64, curvature: f64) -> Option<[f64; 2]> {
         Some([self.reach(1.0, 1, height, curvature)?[0], self.reach(-1.0, 1, height, curvature)?[0]])
     }
@@ -245,8 +254,8 @@ impl<'a> CutterContact<'a> {
     }
 }
 
-/// A place of the plane across the feed, from the contact, as arc along and height above the circle of the design through the contact, mm; none beyond the
-/// middle of a hollow.
+/// A place of the plane across the feed, from the contact, as arc along and height above the circle of the
+/// design through the contact, mm; none beyond the middle of a hollow.
 fn above_arc([y, z]: [f64; 2], curvature: f64) -> Option<[f64; 2]> {
     if curvature == 0.0 {
         return Some([y, z]);
@@ -261,9 +270,10 @@ fn above_arc([y, z]: [f64; 2], curvature: f64) -> Option<[f64; 2]> {
 
 /// Height of the ridge between two passes above a design of constant curvature across the feed, and its place.
 ///
-/// The contacts lie `step` apart (their chord, mm), `first` to the right of `second` as seen along the feed of `first`; `curvature` is
-/// that of the design, positive where it is convex. The ridge is the place at which the profiles of both meet: Newton's
-/// method by secants on the height of the one over the other. None where they do not meet.
+/// The contacts lie `step` apart (their chord, mm), `first` to the right of `second` as seen along the feed
+/// of `first`; `curvature` is that of the design, positive where it is convex. The ridge is the place at
+/// which the profiles of both meet: Newton's method by secants on the height of the one over the other. None
+/// where they do not meet.
 pub fn scallop_between(
     first: &CutterContact<'_>,
     second: &CutterContact<'_>,

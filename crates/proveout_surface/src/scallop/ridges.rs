@@ -10,23 +10,26 @@
 //!            s
 //! ```
 //!
-//! **Place.** Between two neighboring points with different makers the surface has a ridge when their outward normals part, as such or
-//! against those of the design. Seen along
-//! the line A B the material is below both swept surfaces, so that at the ridge the lower of the two changes. Both heights are found by
-//! inverse contact on the motion itself, followed from the piece that made A (or B) over the pieces that go on from it; where they are
-//! equal (regula falsi on the difference) is X. Nothing of it lies on the grid of the rays: X is exact to rounding for the pieces as they
-//! are, and its height is its signed distance from the design.
+//! **Place.** Between two neighboring points with different makers the surface has a ridge when their outward
+//! normals part, as such or against those of the design. Seen along the line A B the material is below both
+//! swept surfaces, so that at the ridge the lower of the two changes. Both heights are found by inverse
+//! contact on the motion itself, followed from the piece that made A (or B) over the pieces that go on from
+//! it; where they are equal (regula falsi on the difference) is X. Nothing of it lies on the grid of the
+//! rays: X is exact to rounding for the pieces as they are, and its height is its signed distance from the
+//! design.
 //!
 //! **Of the cut surface.** The heights followed from A and B must be those of A and B themselves, to the
 //! bound of the sweeps; otherwise the ridge counts as not followed. No other piece may cut deeper at X. All
 //! pieces that come near are checked, and where one does, the two ridges on either side of it replace X.
 //!
-//! **Between passes.** A ridge between passes runs along the feed of both of them. A kink of a path of straight pieces runs across
-//! its own feed, and a step from one level to the next has no top: both are left out.
+//! **Between passes.** A ridge between passes runs along the feed of both of them. A kink of a path of
+//! straight pieces runs across its own feed, and a step from one level to the next has no top: both are left
+//! out.
 //!
-//! **Weight.** Lines along u with spacing dv meet a ridge of direction t at `|t_v| / dv` places a length; with lines along v as well the
-//! weight `dv |t_v| / (t_u^2 + t_v^2)`, and `du |t_u| / (t_u^2 + t_v^2)` there, makes the sum the length of the ridge. Each place of the
-//! surface belongs to the set of rays that meets the design most squarely, so `t_u^2 + t_v^2 >= 1/3`.
+//! **Weight.** Lines along u with spacing dv meet a ridge of direction t at `|t_v| / dv` places a length;
+//! with lines along v as well the weight `dv |t_v| / (t_u^2 + t_v^2)`, and `du |t_u| / (t_u^2 + t_v^2)`
+//! there, makes the sum the length of the ridge. Each place of the surface belongs to the set of rays that
+//! meets the design most squarely, so `t_u^2 + t_v^2 >= 1/3`.
 //!
 //! # Error
 //!
@@ -51,7 +54,8 @@ use crate::{
 
 /// Least part of the normals' parting that is none of their rounding (16 bits a coordinate).
 const PARTING: f64 = 3e-4;
-/// The design is met at 55 degrees at most by the set that sees it most squarely, and a ridge is less than 20 degrees steeper.
+/// The design is met at 55 degrees at most by the set that sees it most squarely, and a ridge is less than 20
+/// degrees steeper.
 const STEEP: f64 = 0.25;
 /// Least angle between the two swept surfaces at a ridge, radian: below, its direction is not known.
 const KINK: f64 = 1e-4;
@@ -125,8 +129,8 @@ pub struct Ridge {
 pub struct Ridges {
     /// In the order of the rays.
     pub ridges: Vec<Ridge>,
-    /// Pairs of points between which a ridge lies whose height is not that of the known motion: raw stock, or a part of the tool
-    /// that is not known here.
+    /// Pairs of points between which a ridge lies whose height is not that of the known motion: raw stock, or
+    /// a part of the tool that is not known here.
     pub not_followed: u64,
     /// Length of ridges whose passes lie nearer than two cells, mm.
     pub narrow: f64,
@@ -261,8 +265,8 @@ impl<D: DesignSurface + ?Sized> RidgeSearch<'_, D> {
         }
         let nearest = self.design.nearest(&middle, self.settings.reach)?;
         let n = nearest.normal;
-        // In a hollow the normals of the cut surface come together as those of the design do: what counts is how they part against it. The
-        // normals of a design mesh jump, so that either will do.
+        // In a hollow the normals of the cut surface come together as those of the design do: what counts is
+        // how they part against it. The normals of a design mesh jump, so that either will do.
         let parting = (b.normal - a.normal).dot(&chord);
         let least = PARTING * chord.norm();
         if parting <= least {

@@ -49,8 +49,8 @@ pub struct Valley {
     pub cutter: u32,
 }
 
-/// Looks for both valleys of a ridge across its direction, and fills in spacing, curvature and geometric height; `cell` is the distance
-/// of the rays, mm.
+/// Looks for both valleys of a ridge across its direction, and fills in spacing, curvature and geometric
+/// height; `cell` is the distance of the rays, mm.
 ///
 /// The design across the ridge is approximated by a circle through three points of it, `base` apart. The
 /// normals of a mesh jump from facet to facet, and a valley that followed them would lie anywhere within a
@@ -139,7 +139,8 @@ impl SectionCircle {
     }
 }
 
-/// Whether a pass lies on the design with a flat of its cutter: then neither its contact nor its distance from the next pass is one place.
+/// Whether a pass lies on the design with a flat of its cutter: then neither its contact nor its distance
+/// from the next pass is one place.
 fn on_flat(cutters: &[Vec<Profile>], side: &Valley) -> bool {
     let bodies = cutters.get(side.cutter as usize).map_or(&[][..], Vec::as_slice);
     let mut contacts = bodies.iter().filter_map(|b| CutterContact::new(b, side.axis, side.normal, side.feed));

@@ -60,8 +60,8 @@ pub struct ArealEvaluation {
 }
 
 impl HeightMap {
-    /// Filters with an L-filter (mm; none leaves it out) and evaluates. The S-filter is left out: maps of simulated surfaces hold
-    /// no noise, and their spacing does not carry it.
+    /// Filters with an L-filter (mm; none leaves it out) and evaluates. The S-filter is left out: maps of
+    /// simulated surfaces hold no noise, and their spacing does not carry it.
     pub fn evaluate(&self, l_filter: Option<f64>) -> ArealEvaluation {
         let map = match l_filter {
             Some(cutoff) => self.minus(&gaussian_mean_of_map(self, cutoff)),
@@ -124,10 +124,11 @@ impl HeightMap {
         (along_x + along_y).sqrt()
     }
 
-    /// Area over its projection, less one: each cell in two triangles, along both diagonals, averaged (ISO 25178-2:2021, D.15).
+    /// Area over its projection, less one: each cell in two triangles, along both diagonals, averaged (ISO
+    /// 25178-2:2021, D.15).
     ///
-    /// A corner triangle of slopes p, q has sqrt(1 + p^2 + q^2) of its projection. One is taken off in each cell, in the form
-    /// s / (1 + sqrt(1 + s)), so that small ratios keep their digits.
+    /// A corner triangle of slopes p, q has sqrt(1 + p^2 + q^2) of its projection. One is taken off in each
+    /// cell, in the form s / (1 + sqrt(1 + s)), so that small ratios keep their digits.
     fn developed_ratio(&self) -> f64 {
         let (nx, ny) = (self.columns(), self.rows());
         let excess = |p: f64, q: f64| {

@@ -1,12 +1,13 @@
 //! Lengths and direction of a texture: Sal, Str, Std of ISO 25178-2:2021.
 //!
-//! The autocorrelation is linear, not circular: the map is padded with zeros and every lag divided by the number of pairs that
-//! it has. Sal is the shortest, Sal / Str the longest distance from the middle to where it has fallen to 0.2, over all directions
-//! of the region above 0.2 that contains the middle. Where this region reaches the border of the map, as along the marks of a
-//! milled surface, the longest distance is not in the data and Str is none.
+//! The autocorrelation is linear, not circular: the map is padded with zeros and every lag divided by the
+//! number of pairs that it has. Sal is the shortest, Sal / Str the longest distance from the middle to where
+//! it has fallen to 0.2, over all directions of the region above 0.2 that contains the middle. Where this
+//! region reaches the border of the map, as along the marks of a milled surface, the longest distance is not
+//! in the data and Str is none.
 //!
-//! The direction of the lay is that across the strongest waves: the angle at which the power spectrum, under a Hann window in
-//! both directions and added up along rays, is largest, turned by a right angle.
+//! The direction of the lay is that across the strongest waves: the angle at which the power spectrum, under
+//! a Hann window in both directions and added up along rays, is largest, turned by a right angle.
 
 use realfft::{RealFftPlanner, num_complex::Complex, num_traits::Zero};
 use rustfft::FftPlanner;
@@ -57,7 +58,8 @@ impl Transform {
         }
     }
 
-    /// Spectrum of `value(i, j)`, rows of `bins` bins; none if the library refuses the sizes, which it does not for these.
+    /// Spectrum of `value(i, j)`, rows of `bins` bins; none if the library refuses the sizes, which it does
+    /// not for these.
     fn forward(&self, value: impl Fn(usize, usize) -> f64) -> Option<Vec<Complex<f64>>> {
         let fft = RealFftPlanner::new().plan_fft_forward(self.nx);
         let mut line = fft.make_input_vec();
@@ -162,7 +164,8 @@ impl Lags<'_> {
         (1.0 - v) * ((1.0 - u) * at(i, j) + u * at(i + 1, j)) + v * ((1.0 - u) * at(i, j + 1) + u * at(i + 1, j + 1))
     }
 
-    /// Shortest and longest distance (mm) to the border of the region above `threshold`, and whether the region ends inside.
+    /// Shortest and longest distance (mm) to the border of the region above `threshold`, and whether the
+    /// region ends inside.
     fn decay(&self, threshold: f64, step_x: f64, step_y: f64) -> Option<(f64, f64, bool)> {
         let width = (2 * self.nx - 1) as usize;
         let index = |i: isize, j: isize| (j + self.ny - 1) as usize * width + (i + self.nx - 1) as usize;
@@ -209,8 +212,8 @@ impl Lags<'_> {
     }
 }
 
-/// Direction of the lay, radians from the x direction of the map in [0, pi), to half a degree: along the marks, not across them.
-/// None on a flat.
+/// Direction of the lay, radians from the x direction of the map in [0, pi), to half a degree: along the
+/// marks, not across them. None on a flat.
 pub fn lay(map: &HeightMap) -> Option<f64> {
     const DIRECTIONS: usize = 360;
     let (nx, ny) = (map.columns(), map.rows());

@@ -9,17 +9,20 @@
 //!   Ra       = (2 / a) ((x0 m + R^2 asin(x0 / R)) / 2 - m x0),   x0 = sqrt(R^2 - m^2) where s = m
 //! ```
 //!
-//! (Mean and square by integration; Ra since the parts above and below the mean line are equal.) For a parabola of height h:
-//! Ra = 4 h / (9 sqrt 3), Rq = 2 h / (3 sqrt 5), Rsk = 2 sqrt 5 / 7, Rku = 15 / 7; a row of parabolas has the developed ratio
-//! (sqrt(1 + g^2) + asinh(g) / g) / 2 - 1 with g = 4 h / p, its steepest slope.
+//! (Mean and square by integration; Ra since the parts above and below the mean line are equal.) For a
+//! parabola of height h: Ra = 4 h / (9 sqrt 3), Rq = 2 h / (3 sqrt 5), Rsk = 2 sqrt 5 / 7, Rku = 15 / 7; a
+//! row of parabolas has the developed ratio (sqrt(1 + g^2) + asinh(g) / g) / 2 - 1 with g = 4 h / p, its
+//! steepest slope.
 //!
-//! Two rows of parabolas across each other, z = z1(x) + z2(y): their central moments are those of independent quantities,
-//! m2 = 4 / 45 h^2, m3 = 16 / 945 h^3, m4 = 16 / 945 h^4 each (the last two agree for a parabola), so that
-//! Sq^2 = m2(h1) + m2(h2), Ssk Sq^3 = m3(h1) + m3(h2), Sku Sq^4 = m4(h1) + m4(h2) + 6 m2(h1) m2(h2).
+//! Two rows of parabolas across each other, z = z1(x) + z2(y): their central moments are those of independent
+//! quantities, m2 = 4 / 45 h^2, m3 = 16 / 945 h^3, m4 = 16 / 945 h^4 each (the last two agree for a
+//! parabola), so that Sq^2 = m2(h1) + m2(h2), Ssk Sq^3 = m3(h1) + m3(h2), Sku Sq^4 = m4(h1) + m4(h2) + 6
+//! m2(h1) m2(h2).
 //!
-//! Through the Gaussian filter: the high-pass leaves 1 - 2^-(c / l)^2 of a wave of length l for a cut-off c (ISO 16610-21). A row of parabolas is the
-//! Fourier series with amplitudes 4 h (-1)^n / (pi n)^2, so that Rq^2 = 4 / 45 h^2 - sum of (amplitude^2 / 2) (1 - share^2): the terms
-//! fall faster than exp(-(n c / p)^2), and a few give all digits.
+//! Through the Gaussian filter: the high-pass leaves 1 - 2^-(c / l)^2 of a wave of length l for a cut-off c
+//! (ISO 16610-21). A row of parabolas is the Fourier series with amplitudes 4 h (-1)^n / (pi n)^2, so that
+//! Rq^2 = 4 / 45 h^2 - sum of (amplitude^2 / 2) (1 - share^2): the terms fall faster than exp(-(n c / p)^2),
+//! and a few give all digits.
 
 /// Height of a row of arcs of radius `radius` at pitch `pitch`, mm; none where the arcs do not meet.
 pub fn arc_height(radius: f64, pitch: f64) -> Option<f64> {
@@ -30,8 +33,8 @@ pub fn arc_height(radius: f64, pitch: f64) -> Option<f64> {
 
 /// Ra and Rq of a row of arcs, mm; none where the arcs do not meet.
 ///
-/// The closed forms above lose the digits of R over z; the same integrals are taken of z itself by a rule of Gauss and Legendre,
-/// which on these smooth integrands is exact to rounding.
+/// The closed forms above lose the digits of R over z; the same integrals are taken of z itself by a rule of
+/// Gauss and Legendre, which on these smooth integrands is exact to rounding.
 pub fn arc_ra_rq(radius: f64, pitch: f64) -> Option<(f64, f64)> {
     let h = arc_height(radius, pitch)?;
     let a = 0.5 * pitch;

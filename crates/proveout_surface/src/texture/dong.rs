@@ -2,8 +2,9 @@
 //! Generation Method for Freeform Surface Machining with Bull-Nose Tool", Micromachines 2023, 14, 1199. A
 //! fast alternative to a simulated patch.
 //!
-//! Frame at a contact: x the feed, z the outward normal N, y = z x x across the feed. The tool axis leans by the inclination l from N, its
-//! projection lies at the azimuth w from the feed: T = (sin l cos w, sin l sin w, cos l) (equation 2 with g - s = w).
+//! Frame at a contact: x the feed, z the outward normal N, y = z x x across the feed. The tool axis leans by
+//! the inclination l from N, its projection lies at the azimuth w from the feed: T = (sin l cos w, sin l sin
+//! w, cos l) (equation 2 with g - s = w).
 //!
 //! ```text
 //!              T                    curvatures of the tool at the contact (R total radius, r corner radius)
@@ -14,17 +15,20 @@
 //!      ___________|____ y           of what it sweeps:     k = a b / (a cos^2 w + b sin^2 w)
 //! ```
 //!
-//! The second one is the least height over all places along the feed (the paper takes the first, a single section; both agree for w = 0 to second
-//! order). Against a surface of curvature c across the feed, positive where it bends towards N, passes at distance d leave parabolas of
-//! height H = (k - c) d^2 / 8, with Ra = 4 H / (9 sqrt 3) about their mean line (16).
+//! The second one is the least height over all places along the feed (the paper takes the first, a single
+//! section; both agree for w = 0 to second order). Against a surface of curvature c across the feed, positive
+//! where it bends towards N, passes at distance d leave parabolas of height H = (k - c) d^2 / 8, with Ra = 4
+//! H / (9 sqrt 3) about their mean line (16).
 //!
-//! [`Dong::profile`] is the paper's own procedure with the exact torus in place of the parabolas of (15): for a line through each nominal
-//! point along the normal of the middle, the smallest signed distance to the cuts of all passes. The distance to a torus is known in closed form, and a
-//! line meets it by steps of that distance (Hart 1996), which cannot jump over it. Cuts rise to both sides of their contact, so that only the two
-//! passes round a point can be the lowest.
+//! [`Dong::profile`] is the paper's own procedure with the exact torus in place of the parabolas of (15): for
+//! a line through each nominal point along the normal of the middle, the smallest signed distance to the cuts
+//! of all passes. The distance to a torus is known in closed form, and a line meets it by steps of that
+//! distance (Hart 1996), which cannot jump over it. Cuts rise to both sides of their contact, so that only
+//! the two passes round a point can be the lowest.
 //!
-//! Limits: passes are parallel, straight along the feed and alike, the surface is a cylinder across the feed, teeth have no run-out (a comparison
-//! with the kinematics of four teeth gave 0.5 percent, with 10 um of run-out 4.4).
+//! Limits: passes are parallel, straight along the feed and alike, the surface is a cylinder across the feed,
+//! teeth have no run-out (a comparison with the kinematics of four teeth gave 0.5 percent, with 10 um of
+//! run-out 4.4).
 
 use super::{Profile, TextureError, cusp};
 
@@ -107,7 +111,8 @@ pub enum DongError {
 const STEPS: usize = 400;
 /// A distance that is none, mm.
 const TOUCH: f64 = 1e-12;
-/// Narrowings of the search round the ring: the width shrinks by 0.618 each, to 1e-8 of a turn, where a minimum is exact to rounding.
+/// Narrowings of the search round the ring: the width shrinks by 0.618 each, to 1e-8 of a turn, where a
+/// minimum is exact to rounding.
 const NARROWINGS: usize = 44;
 /// Most points of a profile.
 const MOST_POINTS: f64 = 10_000_000.0;
@@ -117,8 +122,9 @@ const REACHED: f64 = 1e-6;
 const PARABOLA: f64 = 1e-9;
 
 impl Dong {
-    /// A tool of total and corner radius (mm) whose axis is inclined by `inclination` (rad) to the normal at `azimuth` (rad) from the feed, on
-    /// a surface of normal curvature `curvature` (1/mm, positive where it bends towards the tool) across the feed.
+    /// A tool of total and corner radius (mm) whose axis is inclined by `inclination` (rad) to the normal at
+    /// `azimuth` (rad) from the feed, on a surface of normal curvature `curvature` (1/mm, positive where it
+    /// bends towards the tool) across the feed.
     ///
     /// # Errors
     /// [`DongError`] for numbers beyond the model, and where the tool gouges across the feed.
@@ -169,8 +175,9 @@ impl Dong {
         cusp::parabola_ra(self.ridge_height(pitch, cut))
     }
 
-    /// Width of the strip that stays within `height` (mm) of the surface, to either side of the feed (left, right; mm), for the exact torus, heights along
-    /// the normal of the contact. None where the tool ends before it is so high.
+    /// Width of the strip that stays within `height` (mm) of the surface, to either side of the feed (left,
+    /// right; mm), for the exact torus, heights along the normal of the contact. None where the tool ends
+    /// before it is so high.
     pub fn strip_width(&self, height: f64, cut: Cut) -> Option<(f64, f64)> {
         if !(height > 0.0 && height.is_finite()) {
             return None;
@@ -298,8 +305,9 @@ impl Dong {
         t.is_finite().then(|| (t, center[0] + ring * (-out[0] * cos + side[0] * sin)))
     }
 
-    /// The profile across the feed that passes at a distance (mm along the surface) leave, over `length` (mm) at a step (mm), a pass
-    /// at its middle: heights over the nominal section along the normal of its middle, mm.
+    /// The profile across the feed that passes at a distance (mm along the surface) leave, over `length` (mm)
+    /// at a step (mm), a pass at its middle: heights over the nominal section along the normal of its middle,
+    /// mm.
     ///
     /// # Errors
     /// [`DongError`] for lengths that are none, and where passes do not meet.
@@ -331,7 +339,8 @@ impl Dong {
         Ok(Profile::new(step, heights)?)
     }
 
-    /// Distance from the nominal point at arc length `s` along the normal of the middle to the cut of the pass at arc length `pass`.
+    /// Distance from the nominal point at arc length `s` along the normal of the middle to the cut of the
+    /// pass at arc length `pass`.
     fn over_nominal(&self, s: f64, pass: f64, cut: Cut) -> Option<f64> {
         let c = self.curvature;
         // Point of a circle of curvature c at an arc length: sin(c s) / c, (1 - cos(c s)) / c.

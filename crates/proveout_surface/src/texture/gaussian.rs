@@ -34,7 +34,8 @@ fn half_weights(cutoff: f64, step: f64) -> Vec<f64> {
         .collect()
 }
 
-/// The mean line of heights at equal steps (mm) for a cut-off (mm): what a low-pass leaves. Subtract it for the high-pass.
+/// The mean line of heights at equal steps (mm) for a cut-off (mm): what a low-pass leaves. Subtract it for
+/// the high-pass.
 pub fn gaussian_mean(heights: &[f64], step: f64, cutoff: f64) -> Vec<f64> {
     let weights = half_weights(cutoff, step);
     let mut out = vec![0.0; heights.len()];

@@ -5,9 +5,10 @@
 //! depend on ([`ProfileSetting`], [`ArealSetting`]): standard, setting class, nesting indices, evaluation
 //! length, rule for the ends, spacing.
 //!
-//! * [`Profile`] – heights at equal steps; [`Profile::evaluate`] filters and cuts out the evaluation length; [`ProfileParameters`].
-//! * [`HeightMap`] – heights over a rectangle; [`HeightMap::evaluate`], [`ArealParameters`]; [`lay`] finds the direction of
-//!   the marks, [`Autocorrelation`] their lengths.
+//! * [`Profile`] – heights at equal steps; [`Profile::evaluate`] filters and cuts out the evaluation length;
+//!   [`ProfileParameters`].
+//! * [`HeightMap`] – heights over a rectangle; [`HeightMap::evaluate`], [`ArealParameters`]; [`lay`] finds
+//!   the direction of the marks, [`Autocorrelation`] their lengths.
 //! * [`gaussian_mean`] – the linear Gaussian filter of ISO 16610-21 and -61.
 //! * [`SettingClass`] – Sc1 to Sc5 of ISO 21920-3:2021, table 1.
 //! * [`TextureReport`] – what outputs print: values, all that they depend on, and by name what could not be evaluated.
@@ -24,8 +25,8 @@
 //!         └─────────────────────────────────────────────────────────►  unfiltered values, printed beside them
 //! ```
 //!
-//! Limits: the S-filter is left out, and said to be, where the spacing is too coarse for its cut-off (a map at 5 um cannot
-//! carry 2.5 um); maps must be complete, a lattice with holes is refused.
+//! Limits: the S-filter is left out, and said to be, where the spacing is too coarse for its cut-off (a map
+//! at 5 um cannot carry 2.5 um); maps must be complete, a lattice with holes is refused.
 
 mod areal;
 mod autocorrelation;

@@ -67,7 +67,8 @@ impl Profile {
         Ok(Self { step, heights })
     }
 
-    /// Length that an evaluation of a class needs, mm: evaluation length and one cut-off on either side for the filter's ends.
+    /// Length that an evaluation of a class needs, mm: evaluation length and one cut-off on either side for
+    /// the filter's ends.
     pub fn length_for(class: SettingClass) -> f64 {
         class.evaluation_length() + 2.0 * class.lambda_c()
     }
@@ -90,8 +91,8 @@ impl Profile {
     /// Filters with the cut-offs of a class and evaluates the evaluation length in the middle.
     ///
     /// # Errors
-    /// [`TextureError::TooCoarse`] when the spacing does not carry the class, [`TextureError::TooShort`] when evaluation length
-    /// and filter ends do not fit.
+    /// [`TextureError::TooCoarse`] when the spacing does not carry the class, [`TextureError::TooShort`] when
+    /// evaluation length and filter ends do not fit.
     pub fn evaluate(&self, class: SettingClass, standard: Standard) -> Result<ProfileEvaluation, TextureError> {
         // A spacing given in decimals may lie a rounding error above the limit.
         if self.step > class.max_spacing() * (1.0 + DECIMALS) {
@@ -194,7 +195,8 @@ impl Profile {
 pub(super) enum ProfileEnds {
     /// One cut-off of data.
     Data,
-    /// Nothing need be there: the weights that lie on data are divided by their sum (ISO 16610-28, regression of order zero).
+    /// Nothing need be there: the weights that lie on data are divided by their sum (ISO 16610-28, regression
+    /// of order zero).
     Regression,
 }
 

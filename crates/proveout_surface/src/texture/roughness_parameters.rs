@@ -29,8 +29,9 @@ pub struct ProfileParameters {
 
 /// Moments of a profile as polygon: mean of |z|, z^2, z^3, z^4.
 ///
-/// Over one segment from p to q: the mean of z^n is (p^n + p^(n-1) q + ... + q^n) / (n + 1); of |z| it is |p + q| / 2 without
-/// crossing and (p^2 + q^2) / (2 |p - q|) with one. Sums of points would carry an error of second order of the ends.
+/// Over one segment from p to q: the mean of z^n is (p^n + p^(n-1) q + ... + q^n) / (n + 1); of |z| it is
+/// |p + q| / 2 without crossing and (p^2 + q^2) / (2 |p - q|) with one. Sums of points would carry an error
+/// of second order of the ends.
 struct Moments {
     absolute: f64,
     second: f64,
@@ -67,8 +68,8 @@ impl Moments {
 }
 
 impl ProfileParameters {
-    /// Parameters of heights from the mean line (mm) at equal steps (mm), which fill the evaluation length. The profile is not
-    /// centered again; neighboring sections share the node between them.
+    /// Parameters of heights from the mean line (mm) at equal steps (mm), which fill the evaluation length.
+    /// The profile is not centered again; neighboring sections share the node between them.
     ///
     /// ```
     /// use proveout_surface::texture::{ProfileParameters, Standard};

@@ -1,16 +1,19 @@
 //! Mean spacing of profile elements, `RSm`, by segmentation at the mean line.
 //!
-//! A hill or dale counts when it leaves the mean line by a tenth of Rz and is at least a hundredth of a section wide (the usual
-//! discrimination). Those that do not count belong to what is around them; neighbors of one kind are one. Between a hill and a
-//! dale that count, the profile crosses the line once, or several times where small ones lie between: the middle of the first and
-//! the last of these crossings is taken. Elements are measured between crossings two apart, those that rise and those that fall
-//! alike, so that a profile read backwards gives the same value (the text of ISO 4287 leaves this open; ISO 16610-45:2025 asks for it).
+//! A hill or dale counts when it leaves the mean line by a tenth of Rz and is at least a hundredth of a
+//! section wide (the usual discrimination). Those that do not count belong to what is around them; neighbors
+//! of one kind are one. Between a hill and a dale that count, the profile crosses the line once, or several
+//! times where small ones lie between: the middle of the first and the last of these crossings is taken.
+//! Elements are measured between crossings two apart, those that rise and those that fall alike, so that a
+//! profile read backwards gives the same value (the text of ISO 4287 leaves this open; ISO 16610-45:2025 asks
+//! for it).
 
 /// Share of Rz that a hill or dale must reach.
 const HEIGHT_SHARE: f64 = 0.1;
 /// Share of a section that it must be wide.
 const WIDTH_SHARE: f64 = 0.01;
-/// A profile with less Rz is flat, mm: a tenth of a nanometer, ten times what a height may be off where cutters turn, has no pitch.
+/// A profile with less Rz is flat, mm: a tenth of a nanometer, ten times what a height may be off where
+/// cutters turn, has no pitch.
 pub(super) const FLAT: f64 = 1e-7;
 
 struct Feature {

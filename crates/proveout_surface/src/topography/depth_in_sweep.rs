@@ -12,16 +12,18 @@
 //! function of time, and its tangents close in on the least. A piece that turns is cut into parts that turn
 //! so little that no point of the tool leaves its chord by more than [`BULGE`].
 //!
-//! **Half space.** A body of revolution with the unit axis a reaches `h(n) = max (r sqrt(1 - (n.a)^2) + z n.a)` along n over its generating
-//! curve: at an end of a line or an arc, or where the arc's normal is n. Of a straight motion one of the ends reaches farthest. A point of
-//! a part that turns by the angle w leaves its chord by `reach w^2 / 8` at most, which is taken off.
+//! **Half space.** A body of revolution with the unit axis a reaches `h(n) = max (r sqrt(1 - (n.a)^2) + z
+//! n.a)` along n over its generating curve: at an end of a line or an arc, or where the arc's normal is n. Of
+//! a straight motion one of the ends reaches farthest. A point of a part that turns by the angle w leaves its
+//! chord by `reach w^2 / 8` at most, which is taken off.
 //!
-//! Pieces lie in a tree of groups of eight that follow each other in time, so that whole passes can be
-//! ruled out at once. A point of the axis is chosen in each body (its pivot: the center of a ball's sphere). In a group the
-//! pivots lie in a box and the axes within an angle u of their mean. About its pivot a body has the support function s(w), w
-//! being the angle between n and its axis, so that the group reaches no farther along n than the largest s in
-//! `[w - u, w + u]`. Support functions are convex: between the ends v and w of an angle of at most a right one,
-//! `s <= max (s(v), s(w)) / cos ((w - v) / 2)` where this is positive. For a ball that is its radius, however its axis turns.
+//! Pieces lie in a tree of groups of eight that follow each other in time, so that whole passes can be ruled
+//! out at once. A point of the axis is chosen in each body (its pivot: the center of a ball's sphere). In a
+//! group the pivots lie in a box and the axes within an angle u of their mean. About its pivot a body has the
+//! support function s(w), w being the angle between n and its axis, so that the group reaches no farther
+//! along n than the largest s in `[w - u, w + u]`. Support functions are convex: between the ends v and w of
+//! an angle of at most a right one, `s <= max (s(v), s(w)) / cos ((w - v) / 2)` where this is positive. For a
+//! ball that is its radius, however its axis turns.
 
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_tool::{Profile, Segment};
@@ -183,7 +185,8 @@ pub struct SweptBodies {
 }
 
 impl SweptBodies {
-    /// The pieces that reach into a box; `cutters` holds the convex bodies of each cutter. Pieces that `without` names are left out.
+    /// The pieces that reach into a box; `cutters` holds the convex bodies of each cutter. Pieces that
+    /// `without` names are left out.
     pub fn new(
         pieces: &[PathPiece],
         cutters: &[Vec<Profile>],
@@ -345,8 +348,8 @@ impl SweptBodies {
         })
     }
 
-    /// Direction from a point to the cutter in the middle of the motion: a good normal for a plane between them. None for groups
-    /// of several bodies.
+    /// Direction from a point to the cutter in the middle of the motion: a good normal for a plane between
+    /// them. None for groups of several bodies.
     pub fn toward(&self, item: SweepItem, p: &Point) -> Option<Vector> {
         let (body, tip, axis) = if item.level == 0 {
             let part = &self.moves[item.index as usize];
@@ -389,7 +392,8 @@ impl SweptBodies {
             + self.moves.get(item.index as usize).map_or(0.0, |m| if m.bulge > 0.0 { 2.0 * BEND } else { 0.0 })
     }
 
-    /// The same, but stops early once the point is known to be farther than `far`; the result is then some value above it.
+    /// The same, but stops early once the point is known to be farther than `far`; the result is then some
+    /// value above it.
     pub fn distance_within(&self, item: SweepItem, p: &Point, far: f64) -> Option<MoveDistance> {
         let part = self.moves.get(item.index as usize).filter(|_| item.level == 0)?;
         Some(self.nearest(part, p, [f64::NEG_INFINITY, far]))
@@ -397,10 +401,10 @@ impl SweptBodies {
 
     /// Least distance over time; the search ends once it is `enough` or less, or is known to be more than `far`.
     ///
-    /// Without a turn, the distance is convex in time and lies above its tangents. The least value is at an end from which
-    /// it rises, or above the point where a falling and a rising tangent meet. A turn by the angle a over the way s bends
-    /// the path of the point in the tool frame by at most `(|q| a + 2 s) a / 2`, with q from the tip to the point. Time is
-    /// then searched in parts that bend by at most [`BEND`].
+    /// Without a turn, the distance is convex in time and lies above its tangents. The least value is at an
+    /// end from which it rises, or above the point where a falling and a rising tangent meet. A turn by the
+    /// angle a over the way s bends the path of the point in the tool frame by at most `(|q| a + 2 s) a / 2`,
+    /// with q from the tip to the point. Time is then searched in parts that bend by at most [`BEND`].
     fn nearest(&self, part: &Move, p: &Point, [enough, far]: [f64; 2]) -> MoveDistance {
         let outline = &self.bodies[part.body as usize].outline;
         let turn = part.to.axis - part.from.axis;

@@ -20,8 +20,9 @@ const ROUNDING: f64 = 1e-9;
 ///             center_radius
 /// ```
 ///
-/// A ball has center radius 0 and r = R; a bull nose R - r; a round insert the radius of its nose circle, with both sides of the
-/// circle cutting; a barrel a negative center radius. Radial run-out is part of the center radius, axial run-out of the heights.
+/// A ball has center radius 0 and r = R; a bull nose R - r; a round insert the radius of its nose circle,
+/// with both sides of the circle cutting; a barrel a negative center radius. Radial run-out is part of the
+/// center radius, axial run-out of the heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
     /// Distance of the arc's center from the axis, mm, along the tooth; run-out included.
@@ -34,9 +35,11 @@ pub struct Edge {
     pub corner: [f64; 2],
     /// Azimuth of the tooth at its lowest point from that of the cutter, radian.
     pub azimuth: f64,
-    /// Azimuth for each millimeter above the lowest point of the arc, rad/mm: tan(helix) / R, positive for right-hand helices.
+    /// Azimuth for each millimeter above the lowest point of the arc, rad/mm: tan(helix) / R, positive for
+    /// right-hand helices.
     pub lead: f64,
-    /// Angle by which the plane of the edge is turned about the line parallel to the axis through the arc's center, radian.
+    /// Angle by which the plane of the edge is turned about the line parallel to the axis through the arc's
+    /// center, radian.
     pub nose_turn: f64,
 }
 
@@ -98,9 +101,9 @@ pub(crate) struct Residual {
 impl Edge {
     /// Residuals of a point in housing coordinates for an azimuth of the cutter.
     ///
-    /// With psi the azimuth of the tooth at the height of the point, s and w are the coordinates along and across the tooth; the
-    /// plane of the edge is turned by the nose turn g about the line through the arc's center:
-    /// side = (s - c) cos g + w sin g, plane = -(s - c) sin g + w cos g, arc = |(side, height)| - r.
+    /// With psi the azimuth of the tooth at the height of the point, s and w are the coordinates along and
+    /// across the tooth; the plane of the edge is turned by the nose turn g about the line through the arc's
+    /// center: side = (s - c) cos g + w sin g, plane = -(s - c) sin g + w cos g, arc = |(side, height)| - r.
     #[inline]
     pub(crate) fn residual(&self, q: &Vector, azimuth: f64) -> Residual {
         let height = q.z - self.center_height;
@@ -145,8 +148,9 @@ impl Edge {
         (-self.center_radius - self.radius * self.corner[0].sin()).max(0.0)
     }
 
-    /// By how much such a part lies farther from the circle of the centers (on its own side of the axis) than the arc's radius, mm: a point at
-    /// r sin kappa = s below |c| is 2 |c| - s from it across the axis, where s would be the arc.
+    /// By how much such a part lies farther from the circle of the centers (on its own side of the axis) than
+    /// the arc's radius, mm: a point at r sin kappa = s below |c| is 2 |c| - s from it across the axis, where
+    /// s would be the arc.
     pub(crate) fn margin(&self) -> f64 {
         let (c, r) = (self.center_radius, self.radius);
         let s = r * self.corner[0].sin();

@@ -2,25 +2,30 @@
 //!
 //! # Why none is lost
 //!
-//! The arc of an edge lies within a convex body of revolution, its hull (`Hull`). Let d(h, t) be the signed distance of the point at
-//! height h on the normal from the hull at time t. Along a straight piece the hull is carried without turning, so that d is convex in
-//! (h, t) together, and its tangent plane at (h0, t0) bounds it from below:
+//! The arc of an edge lies within a convex body of revolution, its hull (`Hull`). Let d(h, t) be the signed
+//! distance of the point at height h on the normal from the hull at time t. Along a straight piece the hull
+//! is carried without turning, so that d is convex in (h, t) together, and its tangent plane at (h0, t0)
+//! bounds it from below:
 //!
 //! ```text
 //!   d(h, t) >= d0 + d_h (h - h0) + d_t (t - t0) - K (t - t0)^2 / 2,     K = w^2 |q| + 2 w v   (turning piece, rate w, speed v)
 //! ```
 //!
-//! (in the turning housing the fixed point q accelerates by K at most, and d is 1-Lipschitz). With `d_h` <= 0 the second term only helps for
-//! h <= h0, so that no contact below h0 exists while `d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0`. With h0 the lowest height known, this
-//! time is leapt over ([`ContactWalk::clear_time`]). Inside of a ring of inserts (nearer to the axis than the arc's center) the hull says nothing, and the
-//! distance from the ring, which loses no more than the way that the point goes, is used instead.
+//! (in the turning housing the fixed point q accelerates by K at most, and d is 1-Lipschitz). With `d_h` <=
+//! 0 the second term only helps for h <= h0, so that no contact below h0 exists while `d0 + d_t (t - t0) - K
+//! (t - t0)^2 / 2 > 0`. With h0 the lowest height known, this time is leapt over
+//! ([`ContactWalk::clear_time`]). Inside of a ring of inserts (nearer to the axis than the arc's center) the
+//! hull says nothing, and the distance from the ring, which loses no more than the way that the point goes,
+//! is used instead.
 //!
-//! Where nothing can be leapt over, contacts are met one after the other. Let alpha be the angle from the tooth to the point where
-//! the arc's circle, turned about the axis, meets the normal. It changes at w +- u / rho, u the speed of that point on the circle's
-//! surface and rho its distance from the axis. While u is below three tenths of w rho it falls evenly enough that one contact belongs to each
-//! turn, and the next lies where alpha says, -+ three tenths of a turn; Newton's method in (t, h) must end within three tenths. Everything else
-//! (points near the axis, where the tooth passes several times a revolution or not at all; normals that graze; starts from which Newton's method
-//! goes astray) is searched over the revolution in parts ([`ContactWalk::revolution`]).
+//! Where nothing can be leapt over, contacts are met one after the other. Let alpha be the angle from the
+//! tooth to the point where the arc's circle, turned about the axis, meets the normal. It changes at w +- u /
+//! rho, u the speed of that point on the circle's surface and rho its distance from the axis. While u is
+//! below three tenths of w rho it falls evenly enough that one contact belongs to each turn, and the next
+//! lies where alpha says, -+ three tenths of a turn; Newton's method in (t, h) must end within three tenths.
+//! Everything else (points near the axis, where the tooth passes several times a revolution or not at all;
+//! normals that graze; starts from which Newton's method goes astray) is searched over the revolution in
+//! parts ([`ContactWalk::revolution`]).
 
 use std::f64::consts::TAU;
 
@@ -39,12 +44,14 @@ const STEPS: usize = 14;
 const CLOSE: f64 = 1e-13;
 /// Rounding of a distance, mm: what is nearer than this to the best height is looked at.
 const ROUNDING: f64 = 1e-12;
-/// Largest share of the tooth's angular rate by which that of the point may differ where contacts are met one by one: two of them are then
-/// three quarters of a turn apart at least, and a guess cannot lead to the one after the next.
+/// Largest share of the tooth's angular rate by which that of the point may differ where contacts are met one
+/// by one: two of them are then three quarters of a turn apart at least, and a guess cannot lead to the one
+/// after the next.
 const STEADY: f64 = 0.3;
 /// Parts of a revolution that is searched by itself.
 const PARTS: usize = 16;
-/// Square of the least distance from the axis within the plane of a turned nose, mm^2: beyond it the arc's circle does not come.
+/// Square of the least distance from the axis within the plane of a turned nose, mm^2: beyond it the arc's
+/// circle does not come.
 const LEAST_SQUARE: f64 = 1e-12;
 /// Leaps below this part of a turn are not worth their price: contacts are met one by one then.
 const SHORT_LEAP: f64 = 1e-3;
@@ -67,8 +74,8 @@ const SETTLED_RAD: f64 = 1e-11;
 const NARROW_RAD: f64 = 1e-4;
 const NEAR_PLANE: f64 = 1e-7;
 
-/// Pieces that follow one another without gap in time, tip and azimuth, each with a height below which it does not come anywhere
-/// in the part of the lattice that is searched.
+/// Pieces that follow one another without gap in time, tip and azimuth, each with a height below which it
+/// does not come anywhere in the part of the lattice that is searched.
 pub(crate) struct PieceRun {
     pub pieces: Vec<SweptPiece>,
     pub floors: Vec<f64>,
@@ -137,8 +144,8 @@ impl Hull {
 
     /// Distance from the arc turned about the axis (in the plane of the edge), and its gradient.
     ///
-    /// With the plane of the edge turned by g about the nose, a point at distance `side` from the nose line is rho from the axis with
-    /// rho^2 = c^2 + 2 c side cos g + side^2.
+    /// With the plane of the edge turned by g about the nose, a point at distance `side` from the nose line
+    /// is rho from the axis with rho^2 = c^2 + 2 c side cos g + side^2.
     #[inline]
     fn ring(&self, q: &Vector) -> (f64, Vector) {
         let (c, up) = (self.edge.center_radius, q.z - self.edge.center_height);
@@ -372,7 +379,8 @@ impl ContactWalk<'_> {
                 leap = look.distance.min(design.distance) / (velocity.norm() + spin * q.norm()).max(NOT_ZERO);
             }
         }
-        // Inside of a ring nothing below this height comes nearer to its circle than its own distance, unless the normal leans toward it.
+        // Inside of a ring nothing below this height comes nearer to its circle than its own distance, unless
+        // the normal leans toward it.
         let inside = self.hull.edge.center_radius - look.rho;
         let below = self.hull.edge.center_height - q.z;
         if inside > 0.0 && below > 0.0 && normal.z > 0.0 {
@@ -382,7 +390,8 @@ impl ContactWalk<'_> {
             let room = normal.z * below - across * inside;
             let free = inside * inside + below * below - r * r;
             if room >= 0.0 && free > 0.0 {
-                // (inside - outward t)^2 + (below - upward t)^2 = r^2, where that comes before the ring's circle is under the point.
+                // (inside - outward t)^2 + (below - upward t)^2 = r^2, where that comes before the ring's
+                // circle is under the point.
                 let under = inside / outward.max(NOT_ZERO);
                 let first = if below - upward * under > r {
                     (below - r) / upward.max(NOT_ZERO)
@@ -502,7 +511,8 @@ impl ContactWalk<'_> {
             if !(t.is_finite() && h.is_finite()) {
                 return None;
             }
-            // Near a simple root the next step is the square of this one, times the size of the cutter: it need not be taken.
+            // Near a simple root the next step is the square of this one, times the size of the cutter: it
+            // need not be taken.
             let step = (dt * self.piece.azimuth_rate).abs() + dh.abs() / edge.radius;
             let simple = det.abs() > 0.1 * (pt.abs() + at.abs());
             let next = 4.0 * step * step * (edge.radius + edge.center_radius.abs());
@@ -558,9 +568,10 @@ impl ContactWalk<'_> {
 
     /// All contacts between two times, no more than a revolution apart, wherever the axis is.
     ///
-    /// The distance of the meeting point from the plane of the edge is nearly a sine of one period whose amplitude and offset change
-    /// slowly. In each of [`PARTS`] of a revolution a change of its sign is narrowed to its root; where the sign stays, but the rate turns from
-    /// toward zero to away from it, the turning point is sought first, and the two roots on its sides after it.
+    /// The distance of the meeting point from the plane of the edge is nearly a sine of one period whose
+    /// amplitude and offset change slowly. In each of [`PARTS`] of a revolution a change of its sign is
+    /// narrowed to its root; where the sign stays, but the rate turns from toward zero to away from it, the
+    /// turning point is sought first, and the two roots on its sides after it.
     fn revolution(&self, a: f64, b: f64, height: f64, best: &mut LowestContact) {
         let (from, to) = (a.min(b), a.max(b));
         if !(to - from).is_finite() {
@@ -620,7 +631,8 @@ impl ContactWalk<'_> {
         }
     }
 
-    /// The contact between two times with different signs, by regula falsi with halving (Illinois) and Newton's method at the end.
+    /// The contact between two times with different signs, by regula falsi with halving (Illinois) and
+    /// Newton's method at the end.
     fn contact_between(&self, x: &Meeting, y: &Meeting, best: &mut LowestContact) {
         let (mut a, mut b, mut fa, mut fb) = (x.time, y.time, x.plane, y.plane);
         let (mut at, mut height, mut side) = (if fa.abs() < fb.abs() { a } else { b }, x.height, 0);

@@ -43,8 +43,9 @@ const CLOSING: f64 = 1e-12;
 
 /// The touch at a time; none where the ray misses the body.
 ///
-/// The distance to a convex body is a convex function of the height. From outside and below, Newton's method comes to its first
-/// zero without passing it; a start inside is thrown out below in one step (the tangent lies under the function).
+/// The distance to a convex body is a convex function of the height. From outside and below, Newton's method
+/// comes to its first zero without passing it; a start inside is thrown out below in one step (the tangent
+/// lies under the function).
 pub(crate) fn touch(
     ray: &NormalLine,
     piece: &SweptPiece,
@@ -120,11 +121,13 @@ fn sample(ray: &NormalLine, piece: &SweptPiece, body: &CutterBody, time: f64, he
 
 /// The lowest touch of a piece below a height, and when: (height, time). `near` is a time and a height to begin with.
 ///
-/// A convex body that moves straight makes the height a convex function of time, and [`descend`] finds its lowest place. Where the
-/// piece turns, or the body leaves the ray within the piece, there may be several: the whole piece is then gone through by leaps. With d(h, t) the
-/// distance of the body from the place at height h, bounded from below by its tangent plane less K (t - t0)^2 / 2 (K as in `edge_contact`), no touch
-/// lies below h0 while `d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0`, provided that d falls with h. So that leaps have a length at the lowest
-/// place too, h0 is taken [`CERTAIN`] lower: a touch that is lower by less may be left out.
+/// A convex body that moves straight makes the height a convex function of time, and [`descend`] finds its
+/// lowest place. Where the piece turns, or the body leaves the ray within the piece, there may be several:
+/// the whole piece is then gone through by leaps. With d(h, t) the distance of the body from the place at
+/// height h, bounded from below by its tangent plane less K (t - t0)^2 / 2 (K as in `edge_contact`), no touch
+/// lies below h0 while `d0 + d_t (t - t0) - K (t - t0)^2 / 2 > 0`, provided that d falls with h. So that
+/// leaps have a length at the lowest place too, h0 is taken [`CERTAIN`] lower: a touch that is lower by less
+/// may be left out.
 pub(crate) fn lowest(
     ray: &NormalLine,
     piece: &SweptPiece,
@@ -159,8 +162,8 @@ pub(crate) fn lowest(
     best
 }
 
-/// A low place of a piece whose height has several, from a touch of it: the lowest of some touches over the piece, and from there golden
-/// sections. What it misses is found by the leaps of [`lowest`].
+/// A low place of a piece whose height has several, from a touch of it: the lowest of some touches over the
+/// piece, and from there golden sections. What it misses is found by the leaps of [`lowest`].
 fn valley(ray: &NormalLine, piece: &SweptPiece, body: &CutterBody, found: (f64, f64)) -> (f64, f64) {
     const TOUCHES: usize = 16;
     const GOLDEN: f64 = 0.618_033_988_749_895;
@@ -334,9 +337,9 @@ fn falling(
 
 /// The nearest lowest touch, and whether it is the only one of a straight piece.
 ///
-/// Height and time are improved together, one evaluation a step: the height by Newton's method, the time by the secant of its rate, kept between
-/// the last times with a falling and with a rising height. What does not settle, as where the body leaves the ray within the piece, goes
-/// to [`lowest_slowly`].
+/// Height and time are improved together, one evaluation a step: the height by Newton's method, the time by
+/// the secant of its rate, kept between the last times with a falling and with a rising height. What does not
+/// settle, as where the body leaves the ray within the piece, goes to [`lowest_slowly`].
 pub(crate) fn descend(
     ray: &NormalLine,
     piece: &SweptPiece,
@@ -386,7 +389,8 @@ pub(crate) fn descend(
             }
         }
         before = Some((time, rate));
-        // Where little is left to fall, twice the step: that closes the bracket from the other side, or shows that the bend was too large.
+        // Where little is left to fall, twice the step: that closes the bracket from the other side, or shows
+        // that the bend was too large.
         let closing = (rate * rate / bend).abs() <= CLOSING;
         let mut next = time - rate / bend * if closing { 2.0 } else { 1.0 };
         if !(next >= low && next <= high) {

@@ -8,9 +8,9 @@
 //! by rate times half duration (the height is convex in time for a straight piece) and by what a turn tilts
 //! and bends. A piece that misses the middle's normal is bounded by its distance.
 //!
-//! Pieces whose floor lies above an estimate of what the block can reach are left out, and the lowest of their floors is
-//! remembered. A point that ends above that floor is searched again among all pieces: the estimate costs time when it is wrong,
-//! never a height.
+//! Pieces whose floor lies above an estimate of what the block can reach are left out, and the lowest of
+//! their floors is remembered. A point that ends above that floor is searched again among all pieces: the
+//! estimate costs time when it is wrong, never a height.
 
 use proveout_geom::Vector;
 use proveout_tool::Profile;
@@ -92,7 +92,8 @@ pub fn heights_by_envelope(
 
 /// Heights that the edges of the teeth leave. Edges that are not finite, or whose arc has no radius, leave none.
 pub fn heights_by_edges(lattice: &Lattice, edges: &[Edge], pieces: &[CutterPiece], settings: &Settings) -> Topography {
-    // Arcs of one kind are searched together, those of ball and side of a barrel apart: one body would hold both only loosely.
+    // Arcs of one kind are searched together, those of ball and side of a barrel apart: one body would hold
+    // both only loosely.
     let kind = |e: &Edge| [e.radius.to_bits(), e.corner[0].to_bits(), e.corner[1].to_bits()];
     let mut kinds: Vec<([u64; 3], Vec<usize>)> = Vec::new();
     for (i, edge) in edges.iter().enumerate().filter(|(_, e)| e.is_finite() && e.radius > 0.0) {
@@ -277,8 +278,8 @@ impl<'a> HeightSearch<'a> {
         again
     }
 
-    /// What the neighbors of a node let expect: the plane through three that the same edge cut in the same turn, else one of them. A start for Newton's
-    /// method, on which no height hangs.
+    /// What the neighbors of a node let expect: the plane through three that the same edge cut in the same
+    /// turn, else one of them. A start for Newton's method, on which no height hangs.
     fn expected(
         &self,
         left: Option<LowestContact>,
@@ -368,8 +369,9 @@ impl<'a> HeightSearch<'a> {
     ///   h a' >= m (P - T) - (t - t0) m V - reach delta^2 / 2 - delta |P - T'|,    |a' - a| <= |n - n_middle| + delta
     /// ```
     ///
-    /// m (P - T) is linear in P and least at a corner of the box of the points. Where the lowest touch lies within a straight piece m V is
-    /// zero, and at its ends the plane only rises: then the floor is exact on the middle's normal.
+    /// m (P - T) is linear in P and least at a corner of the box of the points. Where the lowest touch lies
+    /// within a straight piece m V is zero, and at its ends the plane only rises: then the floor is exact on
+    /// the middle's normal.
     fn floor(&self, piece: &SweptPiece, patch: &Patch) -> (f64, f64) {
         let middle = &patch.middle;
         let smallest = self.body.smallest_radius();
@@ -377,7 +379,8 @@ impl<'a> HeightSearch<'a> {
             .0
             .and_then(|(height, time)| Some((touch(middle, piece, &self.body, time, height)?, time)));
         let Some((touch, time)) = found else {
-            // Nothing is nearer than the distance at the middle of the piece less what the piece moves and the block is wide.
+            // Nothing is nearer than the distance at the middle of the piece less what the piece moves and
+            // the block is wide.
             let time = 0.5 * (piece.time[0] + piece.time[1]);
             let q = piece.state(time).point(&middle.point);
             let (distance, _) = self.body.distance(q.x.hypot(q.y), q.z);

@@ -2,8 +2,8 @@
 
 use proveout_geom::{Point, Vector};
 
-/// Points of a design surface in rows and columns, with outward unit normals, in the frame of the motion (W). Neighbors are
-/// neighbors on the surface; a profile is a lattice of one row.
+/// Points of a design surface in rows and columns, with outward unit normals, in the frame of the motion (W).
+/// Neighbors are neighbors on the surface; a profile is a lattice of one row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lattice {
     columns: usize,
@@ -18,7 +18,8 @@ impl Lattice {
             .then_some(Self { columns, points, normals })
     }
 
-    /// A plane rectangle of `columns` x `rows` points with steps in mm: `origin + i step[0] x + j step[1] y`, normal x cross y.
+    /// A plane rectangle of `columns` x `rows` points with steps in mm: `origin + i step[0] x + j step[1] y`,
+    /// normal x cross y.
     pub fn plane(origin: Point, x: Vector, y: Vector, step: [f64; 2], columns: usize, rows: usize) -> Option<Self> {
         let points = (0..rows)
             .flat_map(|j| (0..columns).map(move |i| origin + x * (i as f64 * step[0]) + y * (j as f64 * step[1])))

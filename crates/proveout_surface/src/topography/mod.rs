@@ -1,8 +1,9 @@
 //! The surface that a motion leaves, point by point: by the cutter's envelope, or by the edges of its teeth.
 //!
-//! Data in: points and normals of the design ([`Lattice`]), pieces of the motion with times and spindle ([`CutterPiece`]), and the
-//! nominal cutter ([`proveout_tool::Profile`]) or its [`Edge`]s. Data out: a height for each point ([`Topography`]), mm: the least signed
-//! distance along the normal of the design to what the edges sweep, with the time, the motion and the tooth that made it.
+//! Data in: points and normals of the design ([`Lattice`]), pieces of the motion with times and spindle
+//! ([`CutterPiece`]), and the nominal cutter ([`proveout_tool::Profile`]) or its [`Edge`]s. Data out: a
+//! height for each point ([`Topography`]), mm: the least signed distance along the normal of the design to
+//! what the edges sweep, with the time, the motion and the tooth that made it.
 //!
 //! # By inverse contact
 //!
@@ -13,27 +14,33 @@
 //!   edges:     P + h n on edge k at time t        two equations in (t, h), one solution a revolution, tooth and pass
 //! ```
 //!
-//! and the lowest height over all pieces, teeth and revolutions is kept. Which pieces can matter is found for blocks of the lattice
-//! (`height_search`): the tangent plane of the cutter at its lowest touch with the middle of the block bounds the piece from below over the
-//! whole block, so that far pieces and passes are left out with proof. Times at which nothing can be lower are leapt over (`edge_contact`). The idea of
-//! inverting the contact of a tooth for plane face milling is that of Duong and Nguyen (2026); here for any motion in five axes.
+//! and the lowest height over all pieces, teeth and revolutions is kept. Which pieces can matter is found for
+//! blocks of the lattice (`height_search`): the tangent plane of the cutter at its lowest touch with the
+//! middle of the block bounds the piece from below over the whole block, so that far pieces and passes are
+//! left out with proof. Times at which nothing can be lower are leapt over (`edge_contact`). The idea of
+//! inverting the contact of a tooth for plane face milling is that of Duong and Nguyen (2026); here for any
+//! motion in five axes.
 //!
-//! A contact counts where the cutter comes from outside of the design: one that lies wholly below the design point (the other side of a
-//! thin wall) does not.
+//! A contact counts where the cutter comes from outside of the design: one that lies wholly below the design
+//! point (the other side of a thin wall) does not.
 //!
-//! Edges come from a tool of a library by [`edges_of`], the zero of the spindle's phase by [`phase_zero`]; [`check_motion`] and [`check_chip`] name
-//! what leaves no marks.
+//! Edges come from a tool of a library by [`edges_of`], the zero of the spindle's phase by [`phase_zero`];
+//! [`check_motion`] and [`check_chip`] name what leaves no marks.
 //!
 //! # Error
 //!
-//! Heights are exact to rounding (1e-12 mm for coordinates of 100 mm; 1e-9 mm by the envelope of turning pieces) for the pieces as given. To that come
+//! Heights are exact to rounding (1e-12 mm for coordinates of 100 mm; 1e-9 mm by the envelope of turning
+//! pieces) for the pieces as given. To that come
 //!
-//! * what the pieces miss of the motion: a tip off by e and an axis off by an angle d move the height by e + d |q| at most, q from
-//!   the tip to the contact;
-//! * the constant speed within a piece: an acceleration a over a piece of duration T puts the tip a T^2 / 8 off its place along
-//!   the path in the middle of the piece, and the azimuth of a tooth w T dv / (8 v), dv the change of the speed v. Marks are shifted by the first, heights
-//!   change by it times the slope of the marks (a ball: half of feed a revolution over radius). Where the spindle changes its speed, pieces must be as short;
-//! * 1e-7 of the feed a revolution times the slope of the mark, where a contact falls on the joint of two pieces with different velocities.
+//! * what the pieces miss of the motion: a tip off by e and an axis off by an angle d move the height by e +
+//!   d |q| at most, q from the tip to the contact;
+//! * the constant speed within a piece: an acceleration a over a piece of duration T puts the tip a T^2 / 8
+//!   off its place along the path in the middle of the piece, and the azimuth of a tooth w T dv / (8 v), dv
+//!   the change of the speed v. Marks are shifted by the first, heights change by it times the slope of the
+//!   marks (a ball: half of feed a revolution over radius). Where the spindle changes its speed, pieces must
+//!   be as short;
+//! * 1e-7 of the feed a revolution times the slope of the mark, where a contact falls on the joint of two
+//!   pieces with different velocities.
 //!
 //! Time per point on one core of a busy two-core machine
 //! (`cargo bench -p proveout_surface --bench topography`): 1.0 to 1.2 us by the envelope on straight

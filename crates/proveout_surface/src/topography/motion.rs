@@ -9,11 +9,11 @@ const SHORTEST_S: f64 = 1e-12;
 /// A smaller angle is no turn, radian.
 const NO_TURN: f64 = 1e-12;
 
-/// A piece of the motion of a cutter in the frame of the design (W): the tip runs straight and evenly, the housing of the spindle
-/// turns evenly about one direction, the cutter turns evenly in the housing.
+/// A piece of the motion of a cutter in the frame of the design (W): the tip runs straight and evenly, the
+/// housing of the spindle turns evenly about one direction, the cutter turns evenly in the housing.
 ///
-/// The housing frame has its z axis along the tool, from tip to holder; x is fixed to the housing of the spindle. Azimuths are
-/// right-handed about z, from x.
+/// The housing frame has its z axis along the tool, from tip to holder; x is fixed to the housing of the
+/// spindle. Azimuths are right-handed about z, from x.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutterPiece {
     /// Begin and end, s.
@@ -33,7 +33,8 @@ pub struct CutterPiece {
 }
 
 impl CutterPiece {
-    /// Whether all numbers are finite and of a size that a machine has, and time passes where there is a way. Other pieces leave nothing.
+    /// Whether all numbers are finite and of a size that a machine has, and time passes where there is a way.
+    /// Other pieces leave nothing.
     pub fn is_finite(&self) -> bool {
         // Revolutions of a piece of ten hours at 16 000 1/min.
         const TURNS: f64 = 1e7;
@@ -67,7 +68,8 @@ pub(crate) struct SweptPiece {
     /// mm/s.
     velocity: Vector,
     frame: [Vector; 3],
-    /// Velocity and turn in the coordinates of the housing; the second is the same at all times, since the turn has one axis.
+    /// Velocity and turn in the coordinates of the housing; the second is the same at all times, since the
+    /// turn has one axis.
     velocity_in_housing: Option<Vector>,
     pub spin: Vector,
     turn: Option<Turn>,
@@ -76,7 +78,8 @@ pub(crate) struct SweptPiece {
     pub motion: u32,
 }
 
-/// A turn about one axis: a vector is its part along the axis, which stays, and one across it, which turns (Rodrigues 1840).
+/// A turn about one axis: a vector is its part along the axis, which stays, and one across it, which turns
+/// (Rodrigues 1840).
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     /// Unit direction, and rate in rad/s.
@@ -139,10 +142,11 @@ impl SweptPiece {
         self.time[1] - self.time[0]
     }
 
-    /// The same motion in parts, so that none turns far along its way: what follows for a whole piece from one of its times (a tangent plane, one
-    /// lowest place) is then sharp.
+    /// The same motion in parts, so that none turns far along its way: what follows for a whole piece from
+    /// one of its times (a tangent plane, one lowest place) is then sharp.
     pub(crate) fn parts(self) -> impl Iterator<Item = Self> {
-        // Radian; and radian times millimeter, twice the height by which a plane that turns with the piece tilts at its ends.
+        // Radian; and radian times millimeter, twice the height by which a plane that turns with the piece
+        // tilts at its ends.
         const ANGLE: f64 = 0.02;
         const TILT: f64 = 0.01;
         let angle = self.angle();

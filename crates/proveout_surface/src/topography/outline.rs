@@ -43,7 +43,8 @@ impl CutterBody {
         }
     }
 
-    /// Signed distance (mm, positive outside) and its gradient; inside it may be larger than the true one, but never positive.
+    /// Signed distance (mm, positive outside) and its gradient; inside it may be larger than the true one,
+    /// but never positive.
     #[inline]
     pub(crate) fn distance(&self, r: f64, z: f64) -> (f64, [f64; 2]) {
         let from = |dr: f64, dz: f64, radius: f64| {
@@ -104,8 +105,9 @@ impl CutterOutline {
 
     /// Signed distance (mm, positive outside) of a point of the half plane and its gradient.
     ///
-    /// Outside of a convex curve one part, or a corner of two, is nearest, and the point lies on the outer side of a line, of an arc
-    /// in its wedge, or of the tangent at an end; inside, the largest of the distances to the parts whose wedge holds the point.
+    /// Outside of a convex curve one part, or a corner of two, is nearest, and the point lies on the outer
+    /// side of a line, of an arc in its wedge, or of the tangent at an end; inside, the largest of the
+    /// distances to the parts whose wedge holds the point.
     #[inline]
     pub(crate) fn distance(&self, r: f64, z: f64) -> (f64, [f64; 2]) {
         let mut best = (f64::NEG_INFINITY, [0.0, -1.0]);
@@ -159,8 +161,8 @@ impl CutterOutline {
 type NearestOnPart = (f64, [f64; 2]);
 
 impl OutlinePart {
-    /// Signed distance and gradient where the part's wedge or strip holds the point; else on which side of the tangent at its
-    /// nearer end the point lies, and this end.
+    /// Signed distance and gradient where the part's wedge or strip holds the point; else on which side of
+    /// the tangent at its nearer end the point lies, and this end.
     #[inline]
     fn at(&self, r: f64, z: f64) -> (Option<NearestOnPart>, f64, [f64; 2]) {
         match *self {

@@ -1,8 +1,8 @@
 //! The swept surface of a known piece of motion and of those that go on from it.
 //!
-//! The stock remembers which piece of motion made a point. From there the exact surface between the rays is found without a search over all
-//! pieces: the height of the cutter over a line is lowest somewhere on the path near the contact that is known, and is followed
-//! from piece to piece while it falls.
+//! The stock remembers which piece of motion made a point. From there the exact surface between the rays is
+//! found without a search over all pieces: the height of the cutter over a line is lowest somewhere on the
+//! path near the contact that is known, and is followed from piece to piece while it falls.
 
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_tool::Profile;
@@ -21,13 +21,14 @@ const MOST_STEPS: usize = 2000;
 const JOINED: f64 = 1e-6;
 /// Heights that differ by less are one, mm.
 const SAME: f64 = 1e-12;
-/// Largest turn of a part of a piece that is searched at once, radian: bends of 0.5 r 0.0009 / 4, below a micrometer at 8 mm from the axis
-/// of the turn; and most parts.
+/// Largest turn of a part of a piece that is searched at once, radian: bends of 0.5 r 0.0009 / 4, below a
+/// micrometer at 8 mm from the axis of the turn; and most parts.
 const TURN: f64 = 0.03;
 const MOST_PARTS: f64 = 256.0;
 /// Pieces whose bounds are asked together.
 const GROUP: usize = 64;
-/// Sine between axes below which a piece does not turn. As the stock: opposite axes have no great circle, the axis stays.
+/// Sine between axes below which a piece does not turn. As the stock: opposite axes have no great circle, the
+/// axis stays.
 const NO_TURN: f64 = 1e-12;
 /// A part with less way and less turn stands, mm and radian.
 const STANDS: f64 = 1e-12;
@@ -159,8 +160,9 @@ impl SweptPath {
 
     /// The lowest place of one piece over a line, searched from a height and a part of the piece.
     ///
-    /// The height over a line is a convex function of time while the cutter runs straight; a turn by an angle bends it by reach times angle
-    /// squared, so that a piece that turns far may have several lowest places. It is searched in parts that turn by 0.03 radian at most.
+    /// The height over a line is a convex function of time while the cutter runs straight; a turn by an angle
+    /// bends it by reach times angle squared, so that a piece that turns far may have several lowest places.
+    /// It is searched in parts that turn by 0.03 radian at most.
     pub fn contact(&self, number: u32, point: &Point, normal: &Vector, near: (f64, f64)) -> Option<PathContact> {
         let (known, bodies) = self.of(number)?;
         let line = ray(point, normal);
@@ -316,7 +318,8 @@ fn over_part(line: &NormalLine, moving: &SweptPiece, body: &CutterBody, guess: (
     if certain {
         return found;
     }
-    // Golden sections round the lowest touch (Kiefer 1953), where the height is a convex function of time; wide, then narrow.
+    // Golden sections round the lowest touch (Kiefer 1953), where the height is a convex function of time;
+    // wide, then narrow.
     let ratio = 0.5 * (5.0_f64.sqrt() - 1.0);
     for wide in [0.25, 0.01] {
         let reach = wide * (end - begin);
@@ -341,7 +344,8 @@ mod tests {
 
     use super::*;
 
-    /// A ball on a circle of many short pieces about the z axis: its lowest place over a line is followed round the circle.
+    /// A ball on a circle of many short pieces about the z axis: its lowest place over a line is followed
+    /// round the circle.
     #[test]
     fn a_contact_is_followed_over_the_pieces() {
         let (count, radius, ball) = (720, 20.0, 3.0);

@@ -75,8 +75,8 @@ pub enum TeethError {
 
 /// The edges of a tool: all arcs of tooth 0, then those of tooth 1 and so on, each tooth with as many.
 ///
-/// For tooth k of z, with the outer radius R, helix beta and run-outs dr and da, the point at corner angle kappa of an arc (c, h, r)
-/// of the outline has
+/// For tooth k of z, with the outer radius R, helix beta and run-outs dr and da, the point at corner angle
+/// kappa of an arc (c, h, r) of the outline has
 ///
 /// ```text
 ///   radius   c + r sin kappa + dr                  bull nose: c = R - r, h = r; ball: c = 0, h = r = R
@@ -84,8 +84,9 @@ pub enum TeethError {
 ///   azimuth  2 pi k / z + (h - r cos kappa) tan(beta) / R  (+- rake about the axis)
 /// ```
 ///
-/// A rake turns in the sense in which the tool cuts: clockwise seen from the holder for M3, against it for a left-handed tool.
-/// Straight parts of the outline (flank, face, cone) are no edges here; heights are right where an arc touches the surface.
+/// A rake turns in the sense in which the tool cuts: clockwise seen from the holder for M3, against it for a
+/// left-handed tool. Straight parts of the outline (flank, face, cone) are no edges here; heights are right
+/// where an arc touches the surface.
 ///
 /// # Errors
 /// A tool whose edges are not described, counted or rounded.
@@ -176,8 +177,8 @@ pub fn check_motion(pieces: &[CutterPiece]) -> Result<(), TeethError> {
     Ok(())
 }
 
-/// Azimuth in the housing from which the phase of the spindle is counted: the direction of feed (W) projected across the axis. For
-/// a feed along the axis, that of +X, and where the axis is along X, that of +Y.
+/// Azimuth in the housing from which the phase of the spindle is counted: the direction of feed (W) projected
+/// across the axis. For a feed along the axis, that of +X, and where the axis is along X, that of +Y.
 pub fn phase_zero(housing: &[Vector; 3], feed: &Vector) -> f64 {
     // The sine of a tenth of a microradian: below it a direction across is made of rounding.
     const ACROSS: f64 = 1e-7;

@@ -22,8 +22,9 @@ fn edges(hand: &str) -> Vec<Edge> {
     edges_of(&library.tools[0]).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Heights of the 10 x 5 mm field in steps of 5 mm / n, fed along +y. Counter-clockwise as published with `wind` 1; -1 is its mirror
-/// image in x = 5 mm. `speed` and `depth` scale cutting speed and depth of cut, `phase` turns the first insert.
+/// Heights of the 10 x 5 mm field in steps of 5 mm / n, fed along +y. Counter-clockwise as published with
+/// `wind` 1; -1 is its mirror image in x = 5 mm. `speed` and `depth` scale cutting speed and depth of cut,
+/// `phase` turns the first insert.
 fn face_mill(n: usize, wind: f64, speed: f64, depth: f64, phase: f64) -> Vec<f64> {
     let (d, fz) = (10.0, 0.6);
     let turns = speed * 170_000.0 / 60.0 / (PI * d);

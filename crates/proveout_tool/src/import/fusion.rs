@@ -295,7 +295,8 @@ fn draft(
     Ok((draft, notes))
 }
 
-/// Whether the words about the center of an end say something of this kind: of a point or a ball they go without saying.
+/// Whether the words about the center of an end say something of this kind: of a point or a ball they go
+/// without saying.
 fn kind_may_plunge(kind: Option<&str>) -> bool {
     matches!(kind, Some("flat" | "bull_nose" | "face_mill" | "profile"))
 }
@@ -324,7 +325,8 @@ fn sections(segments: &[Segment], unit: f64, gauge: Option<f64>) -> Result<Vec<H
 /// A place of an outline, `[r, z]` in mm, and the center of the arc that leads to it, where it is one.
 type OutlinePlace = ([f64; 2], Option<[f64; 2]>);
 
-/// Outline of a tapered mill: flat to the corner, its arc to where it is tangent to the side, the side up to the end of the flutes.
+/// Outline of a tapered mill: flat to the corner, its arc to where it is tangent to the side, the side up to
+/// the end of the flutes.
 fn tapered(dc: f64, corner: f64, half_deg: f64, length: f64) -> Result<Vec<OutlinePlace>, String> {
     let (sin, cos) = half_deg.to_radians().sin_cos();
     let flat = 0.5 * dc - corner;

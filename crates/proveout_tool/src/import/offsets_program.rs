@@ -1,8 +1,10 @@
-//! Tool offsets as a program: `G10 L10 P1 R152.4` (length) and `G10 L12 P1 R12.7` (diameter on a Haas), as controls write them out.
+//! Tool offsets as a program: `G10 L10 P1 R152.4` (length) and `G10 L12 P1 R12.7` (diameter on a Haas), as
+//! controls write them out.
 //!
-//! L10 is the length geometry, L11 its wear, L12 the geometry of the diameter, L13 its wear (HAAS, *Mill operator's manual*, G10). A Fanuc
-//! writes the radius with L12: the program must say which it is, by `--control`-like words in its comments, or the call. Here the value of
-//! L12 is the diameter, as a Haas has it with its default setting 40, and a note says so. Wear is added.
+//! L10 is the length geometry, L11 its wear, L12 the geometry of the diameter, L13 its wear (HAAS, *Mill
+//! operator's manual*, G10). A Fanuc writes the radius with L12: the program must say which it is, by
+//! `--control`-like words in its comments, or the call. Here the value of L12 is the diameter, as a Haas has
+//! it with its default setting 40, and a note says so. Wear is added.
 
 use std::collections::BTreeMap;
 use std::path::Path;

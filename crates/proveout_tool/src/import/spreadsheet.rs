@@ -1,9 +1,9 @@
 //! A table of tools, CSV: a column a key of the library, with its unit in its name.
 //!
-//! `number` is needed, all else may be left out or empty: `name`, `description`, `kind`, the keys of the kind (`diameter_mm`,
-//! `corner_radius_mm`, `point_angle_deg`, ...), `flute_length_mm`, `neck_diameter_mm`, `neck_length_mm`, `shank_diameter_mm`,
-//! `overall_length_mm`, `stick_out_mm`, `gauge_length_mm`, `flutes`, `center_cutting` (yes or no),
-//! `hand`, `holder_name`, `holder_diameter_mm`, `holder_length_mm`. Every
+//! `number` is needed, all else may be left out or empty: `name`, `description`, `kind`, the keys of the kind
+//! (`diameter_mm`, `corner_radius_mm`, `point_angle_deg`, ...), `flute_length_mm`, `neck_diameter_mm`,
+//! `neck_length_mm`, `shank_diameter_mm`, `overall_length_mm`, `stick_out_mm`, `gauge_length_mm`, `flutes`,
+//! `center_cutting` (yes or no), `hand`, `holder_name`, `holder_diameter_mm`, `holder_length_mm`. Every
 //! length may be given in inches instead: `diameter_inch`.
 
 use std::path::Path;

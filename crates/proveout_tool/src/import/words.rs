@@ -1,5 +1,5 @@
-//! What words of the trade say about a tool: remarks of tool tables, comments of posts, in English and German, and the most common ones in Polish, French,
-//! Italian and Spanish.
+//! What words of the trade say about a tool: remarks of tool tables, comments of posts, in English and
+//! German, and the most common ones in Polish, French, Italian and Spanish.
 
 /// Why a tap without a pitch is taken as a cylinder.
 pub(crate) const TAP_ENVELOPE: &str = "a tap: a cylinder of its diameter is its envelope";
@@ -96,7 +96,8 @@ pub fn kind_of(text: &str) -> Option<(&'static str, Option<&'static str>)> {
     KINDS.iter().find(|(words, ..)| words.iter().any(&has)).map(|&(_, kind, why)| (kind, why))
 }
 
-/// Words of tools whose edges do not reach their center, and of those whose edges do; a slot drill is an end mill that cuts to its center.
+/// Words of tools whose edges do not reach their center, and of those whose edges do; a slot drill is an end
+/// mill that cuts to its center.
 const NOT_TO_CENTER: [&str; 5] =
     ["non center cut", "non centre cut", "noncenter cut", "not center cut", "ohne zentrumschnitt"];
 const TO_CENTER: [&str; 7] =

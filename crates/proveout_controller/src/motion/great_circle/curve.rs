@@ -9,16 +9,17 @@
 //!                       p
 //! ```
 //!
-//! Past a pole the first rotary joint swings by nearly half a turn within a way of d, and with d = 0 by none at all: both branches
-//! meet there, and the tilt changes its sign instead. Where d is below the cone's angle g the control takes this other way. The
-//! axis is turned about t by an angle that is d in the middle and zero from s = 2 g on, with four continuous derivatives at its ends:
+//! Past a pole the first rotary joint swings by nearly half a turn within a way of d, and with d = 0 by none
+//! at all: both branches meet there, and the tilt changes its sign instead. Where d is below the cone's angle
+//! g the control takes this other way. The axis is turned about t by an angle that is d in the middle and
+//! zero from s = 2 g on, with four continuous derivatives at its ends:
 //!
 //! ```text
 //!   u(s) = (c cos b + N sin b) cos s + t sin s        b(s) = d (1 - (s/2g)^2)^4
 //! ```
 //!
-//! It has length one, runs through p in the direction t, and leaves the circle by b cos s, thus by d at most. With d <= g the
-//! direction to p turns by less than 35 degrees on either side.
+//! It has length one, runs through p in the direction t, and leaves the circle by b cos s, thus by d at most.
+//! With d <= g the direction to p turns by less than 35 degrees on either side.
 
 use proveout_geom::Vector;
 
@@ -74,15 +75,16 @@ impl AxisCurve {
         Some(Self { from: *from, way, angle, pass: None })
     }
 
-    /// Angle from a unit vector to the nearest point of the circle within the block, where it is nearest neither in the begin
-    /// nor in the end, and the angle from the begin to that point.
+    /// Angle from a unit vector to the nearest point of the circle within the block, where it is nearest
+    /// neither in the begin nor in the end, and the angle from the begin to that point.
     fn foot(&self, pole: &Vector) -> Option<(f64, f64)> {
         let s = pole.dot(&self.way).atan2(pole.dot(&self.from));
         (s > 0.0 && s < self.angle).then(|| (angle_between(pole, &self.point(s)), s))
     }
 
-    /// Leads the circle through the first of the poles that it passes within an angle of `cone`. A pole so near to an end that the
-    /// circle would be left by more than half of the way to it is passed as programmed.
+    /// Leads the circle through the first of the poles that it passes within an angle of `cone`. A pole so
+    /// near to an end that the circle would be left by more than half of the way to it is passed as
+    /// programmed.
     pub(super) fn through_poles(mut self, poles: &[Vector], cone: f64) -> Self {
         for pole in poles {
             let Some((off, s)) = self.foot(pole) else { continue };

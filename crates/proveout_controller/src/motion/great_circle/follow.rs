@@ -1,30 +1,33 @@
 //! The rotary joints along a way of the tool axis: continuation on one branch, knot by knot.
 //!
-//! *Positions.* The branch is kept, not looked for (`proveout_machine`, `poles.rs`): the joints at a knot are those of this branch.
+//! *Positions.* The branch is kept, not looked for (`proveout_machine`, `poles.rs`): the joints at a knot are
+//! those of this branch.
 //!
-//! *Derivatives.* With the tool axis F(q) of the rotary joints and the wanted U(t), both as Taylor series, the coefficients of q follow
-//! order by order from F(q(t)) = U(t):
+//! *Derivatives.* With the tool axis F(q) of the rotary joints and the wanted U(t), both as Taylor series,
+//! the coefficients of q follow order by order from F(q(t)) = U(t):
 //!
 //! ```text
 //!   j1 q1_k + j2 q2_k = U_k - F_k(q_0 .. q_k-1)            j1, j2: rates of the axis with the two rotary joints
 //! ```
 //!
-//! In a pole j1 is zero, and `q1_k` has no equation of its own order: it comes with the next one, through the change of j1 along the tilt,
+//! In a pole j1 is zero, and `q1_k` has no equation of its own order: it comes with the next one, through the
+//! change of j1 along the tilt,
 //!
 //! ```text
 //!   m q1_k-1 + j2 q2_k = U_k - F_k(.., q1_k-1 = 0)         m: what q1_k-1 = 1 adds to F_k
 //! ```
 //!
-//! which is linear in q1_k-1, since the axis does not depend on q1 while the tilt is zero. The joints that lead out of a pole are
-//! smooth as one-sided limits, and no difference is taken across it.
+//! which is linear in q1_k-1, since the axis does not depend on q1 while the tilt is zero. The joints that
+//! lead out of a pole are smooth as one-sided limits, and no difference is taken across it.
 //!
-//! *Knots.* Quintics take value, slope and curvature at both ends. A step is halved until the axis of the quintic, by the forward
-//! chain, is on U at its quarters, the tip on its way, and no rotary joint turns far: near a pole at the angle d the steps shrink with d,
-//! so that half a turn takes some sixty of them whatever d is.
+//! *Knots.* Quintics take value, slope and curvature at both ends. A step is halved until the axis of the
+//! quintic, by the forward chain, is on U at its quarters, the tip on its way, and no rotary joint turns far:
+//! near a pole at the angle d the steps shrink with d, so that half a turn takes some sixty of them whatever
+//! d is.
 //!
-//! *End of reach.* Where both branches meet apart from a pole (a 45 degree head held level) the joints go with the square root of the
-//! way that is left: a slope without bound, which no polynomial has. The last [`LAST_BIT`] of the way is one quintic with a finite
-//! slope; the axis leaves U by no more than that.
+//! *End of reach.* Where both branches meet apart from a pole (a 45 degree head held level) the joints go
+//! with the square root of the way that is left: a slope without bound, which no polynomial has. The last
+//! [`LAST_BIT`] of the way is one quintic with a finite slope; the axis leaves U by no more than that.
 
 use proveout_geom::{Point, ToolPose, Vector, wrap_near};
 use proveout_machine::{JointKind, JointValues, KinematicsError, Machine};
@@ -36,8 +39,9 @@ use crate::{jet::JointJet, rtcp::Rig, shape::Quintic};
 const AXIS_ERROR: f64 = 1e-8;
 /// Distance of a quintic from the way of the tip, mm.
 const TIP_ERROR: f64 = 1e-6;
-/// Longest step of the tool axis and of a rotary joint between two knots, radian: 3 degrees change the direction in which a linear
-/// joint moves by 5 percent, so that limits along the path hardly vary between them.
+/// Longest step of the tool axis and of a rotary joint between two knots, radian: 3 degrees change the
+/// direction in which a linear joint moves by 5 percent, so that limits along the path hardly vary between
+/// them.
 const LONGEST: f64 = 0.05;
 /// Shortest step of the tool axis, radian: a hundredth of what a pole at the least distance asks for.
 const SHORTEST: f64 = 1e-11;
@@ -258,8 +262,8 @@ impl Follower<'_> {
         axis.dot(&a.cross(&b)).abs() <= END_OF_REACH * a.norm() * b.norm()
     }
 
-    /// The knot at the end of reach with slopes that join the square root: half of the mean slope where it is left off, one and a half
-    /// at the end, and the change between them.
+    /// The knot at the end of reach with slopes that join the square root: half of the mean slope where it is
+    /// left off, one and a half at the end, and the change between them.
     fn beside_end_of_reach(&self, end: &JointKnot, beside: &JointKnot) -> JointJet {
         let mut jet = end.jet;
         let way = end.t - beside.t;

@@ -24,8 +24,8 @@ const MAX_TURNS: f64 = 1000.0;
 const LEAST_RADIUS_MM: f64 = 1e-6;
 
 impl AptReader {
-    /// CIRCLE/x,y,z,i,j,k[,r[,...]], MOVARC/x,y,z,i,j,k,r[,ANGLE,a]; the next point is the end. Without a radius (`CAMWorks`) it is
-    /// that of the start.
+    /// CIRCLE/x,y,z,i,j,k[,r[,...]], MOVARC/x,y,z,i,j,k,r[,ANGLE,a]; the next point is the end. Without a
+    /// radius (`CAMWorks`) it is that of the start.
     pub(crate) fn circle_statement(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let leading = st.items.iter().take_while(|i| matches!(i.token, Token::Number(_))).count();
         if leading < 7 && (leading < 6 || st.major != "CIRCLE") {
@@ -104,8 +104,8 @@ impl AptReader {
         Ok(())
     }
 
-    /// `TLON,GOFWD/ (CIRCLE/x,y,z,r),ON,[2,INTOF,](LINE/..,x,y,z)`, or with `(CYLNDR/x,y,z,i,j,k,r)` and a plane through
-    /// the end point as the limit.
+    /// `TLON,GOFWD/ (CIRCLE/x,y,z,r),ON,[2,INTOF,](LINE/..,x,y,z)`, or with `(CYLNDR/x,y,z,i,j,k,r)` and a
+    /// plane through the end point as the limit.
     pub(crate) fn along_circle(&mut self, source: &Source, st: &AptStatement) -> Result<(), Box<Bad>> {
         let mut groups: Vec<(String, &[Item])> = Vec::new();
         for (at, item) in st.items.iter().enumerate() {

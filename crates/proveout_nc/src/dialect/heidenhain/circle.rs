@@ -1,10 +1,11 @@
 //! Circles about a pole, by radius, by tangent; polar coordinates and helices.
 //!
-//! Words after HEIDENHAIN, *TNC 640 Klartext programming*, "Path functions": CC is modal; CR with R above zero runs at most
-//! half a turn, below zero more; DR+ is counter-clockwise seen against the tool axis; the polar angle counts from the first
-//! axis of the working plane; CP with IPA runs through that angle, several turns too. "Circular motion in another plane": CC with
-//! two other axes than those of the working plane; angles count from Y in the plane Y Z and from Z in the plane Z X ("Polar
-//! coordinates: defining pole and angle reference axis").
+//! Words after HEIDENHAIN, *TNC 640 Klartext programming*, "Path functions": CC is modal; CR with R above
+//! zero runs at most half a turn, below zero more; DR+ is counter-clockwise seen against the tool axis; the
+//! polar angle counts from the first axis of the working plane; CP with IPA runs through that angle, several
+//! turns too. "Circular motion in another plane": CC with two other axes than those of the working plane;
+//! angles count from Y in the plane Y Z and from Z in the plane Z X ("Polar coordinates: defining pole and
+//! angle reference axis").
 
 use std::f64::consts::TAU;
 

@@ -194,8 +194,9 @@ impl Interpreter {
         }
     }
 
-    /// Cycle 19: spatial angles; without angles, or with all zero, the plane ends. With F the rotary axes turn, and the linear ones
-    /// follow so that the tip of the tool, made longer by the set-up clearance, stays on the workpiece.
+    /// Cycle 19: spatial angles; without angles, or with all zero, the plane ends. With F the rotary axes
+    /// turn, and the linear ones follow so that the tip of the tool, made longer by the set-up clearance,
+    /// stays on the workpiece.
     fn working_plane(&mut self, cycle: &OldCycle) -> Result<(), Fault> {
         let span = cycle.span;
         let mut angles = [0.0; 3];

@@ -50,7 +50,8 @@ pub(crate) fn cycle(x: &mut Lexer<'_>, start: usize, block: &mut Block) -> Resul
     }
 }
 
-/// Refuses cycles with Q parameters that are not read. Of those of the machine builder a control file says what they mean.
+/// Refuses cycles with Q parameters that are not read. Of those of the machine builder a control file says
+/// what they mean.
 pub(crate) fn check_cycle(number: u32, span: Span) -> Result<(), Fault> {
     let read = BUILDER.contains(&number) || number >= 100 && table::spec(number).is_some();
     if read { Ok(()) } else { Err(not_read(number, span)) }

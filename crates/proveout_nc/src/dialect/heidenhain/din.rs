@@ -1,7 +1,8 @@
 //! DIN/ISO form of the TNC: G functions to the same blocks as Klartext.
 //!
-//! Words after HEIDENHAIN, *TNC 640 DIN/ISO programming*, "Overview of G functions": path functions are modal, I J K set the pole
-//! (as CC), R and H are polar radius and angle, `L1,3` repeats, `D00` to `D14` calculate and jump, `%NAME` calls a program.
+//! Words after HEIDENHAIN, *TNC 640 DIN/ISO programming*, "Overview of G functions": path functions are
+//! modal, I J K set the pole (as CC), R and H are polar radius and angle, `L1,3` repeats, `D00` to `D14`
+//! calculate and jump, `%NAME` calls a program.
 
 use super::lexer::{Lexer, refused, unknown};
 use super::words::{

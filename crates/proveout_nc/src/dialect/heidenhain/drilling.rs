@@ -1,8 +1,9 @@
 //! Drilling cycles, expanded to the motions of the control.
 //!
-//! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles*, chapters "Drilling" and "Tapping": 200 drilling, 201 reaming,
-//! 202 boring, 203 universal drilling, 205 universal pecking, 206 and 207 tapping, 209 tapping with chip breaking, 240 centering,
-//! 241 single-fluted deep-hole drilling; 1, 2 and 17 of older controls. All lengths run along the tool axis:
+//! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles*, chapters "Drilling" and "Tapping":
+//! 200 drilling, 201 reaming, 202 boring, 203 universal drilling, 205 universal pecking, 206 and 207 tapping,
+//! 209 tapping with chip breaking, 240 centering, 241 single-fluted deep-hole drilling; 1, 2 and 17 of older
+//! controls. All lengths run along the tool axis:
 //!
 //! ```text
 //!   2nd set-up clearance   Q203 + Q204
@@ -43,7 +44,8 @@ impl Holes for Heidenhain {
     }
 }
 
-/// Checks the parameters of a cycle for holes when it is defined: refuses unsupported ones, a missing Q200 and a depth of zero.
+/// Checks the parameters of a cycle for holes when it is defined: refuses unsupported ones, a missing Q200
+/// and a depth of zero.
 pub(super) fn check_hole(v: &Values) -> Result<(), Fault> {
     let zeros = [
         (

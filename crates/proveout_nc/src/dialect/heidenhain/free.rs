@@ -9,10 +9,11 @@
 //!                            '--' C2   P = C - s R n,  (C2 - C1) n = s2 R2 - s1 R1
 //! ```
 //!
-//! After HEIDENHAIN, *TNC 640 Klartext programming*, "FK free contour programming": end point X Y or PR PA (about FPOL), length LEN and angle AN of a line,
-//! center CCX CCY, radius R, sense DR and angle CCA of a circle, CLSD+ and CLSD- for the first and the last element of a closed
-//! contour, FLT and FCT tangential to the element before. Elements that have several solutions (FSELECT), relative data (RX, PAR, DP)
-//! and auxiliary points (P1X) are refused.
+//! After HEIDENHAIN, *TNC 640 Klartext programming*, "FK free contour programming": end point X Y or PR PA
+//! (about FPOL), length LEN and angle AN of a line, center CCX CCY, radius R, sense DR and angle CCA of a
+//! circle, CLSD+ and CLSD- for the first and the last element of a closed contour, FLT and FCT tangential to
+//! the element before. Elements that have several solutions (FSELECT), relative data (RX, PAR, DP) and
+//! auxiliary points (P1X) are refused.
 
 use super::motion::Goal;
 use super::run_state::{Free, Heidenhain, Held, Interpreter, SignedCircle};

@@ -61,8 +61,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// FN 18: SYSREAD: a value that the control file or the settings give under `ID270 NR1 IDX1`, or one that the program itself
-    /// has set.
+    /// FN 18: SYSREAD: a value that the control file or the settings give under `ID270 NR1 IDX1`, or one that
+    /// the program itself has set.
     pub(super) fn system_read(&mut self, target: Param, from: &[Option<Value>; 3], span: Span) -> Result<(), Fault> {
         let mut name = String::new();
         let mut numbers = [None; 3];
@@ -81,8 +81,8 @@ impl Interpreter {
         self.variables.assign(target, Val::Number(value), span)
     }
 
-    /// System data that follow from the program. Numbers after HEIDENHAIN, *TNC 640 Klartext programming*, "Reading system data":
-    /// 20 state of the machine, 270 position in the active coordinate system.
+    /// System data that follow from the program. Numbers after HEIDENHAIN, *TNC 640 Klartext programming*,
+    /// "Reading system data": 20 state of the machine, 270 position in the active coordinate system.
     fn system_value(&self, [id, number, index]: [Option<f64>; 3]) -> Option<f64> {
         let whole = |value: Option<f64>| {
             value.filter(|v| v.fract() == 0.0 && (0.0..SYSTEM_NUMBERS).contains(v)).map(|v| v as u32)

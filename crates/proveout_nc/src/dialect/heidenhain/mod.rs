@@ -7,8 +7,8 @@
 //! [`execute`], [`functions`], [`frames`], [`plane`], [`cycle`], [`drilling`], [`milling`] and
 //! [`pattern`].
 //!
-//! Language after HEIDENHAIN, *TNC 640 User's Manual, Klartext programming* and *Programming of machining cycles* (34059x), and the
-//! *iTNC 530* manuals (340 49x) for the old forms of cycles.
+//! Language after HEIDENHAIN, *TNC 640 User's Manual, Klartext programming* and *Programming of machining
+//! cycles* (34059x), and the *iTNC 530* manuals (340 49x) for the old forms of cycles.
 
 mod approach;
 mod circle;

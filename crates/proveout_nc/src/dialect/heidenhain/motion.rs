@@ -429,7 +429,8 @@ impl Interpreter {
         self.turn_or_go(goal, w, rapid, span)
     }
 
-    /// In a tilted plane without tool center point control, rotary axes move by themselves with the linear axes at rest.
+    /// In a tilted plane without tool center point control, rotary axes move by themselves with the linear
+    /// axes at rest.
     fn turn_or_go(&mut self, mut goal: Goal, w: &Words, rapid: bool, span: Span) -> Result<(), Fault> {
         let alone = w.programmed & ROTARY != 0 && w.programmed & !ROTARY == 0;
         if alone && self.modal.frames.tilted() && !self.modal.tcpm {

@@ -11,7 +11,8 @@ use crate::diagnostic::{Fault, Span};
 const MAX_HOLES: f64 = 100_000.0;
 
 impl Interpreter {
-    /// 220 and 221 run the drilling cycle before them at once; Q200, Q203, Q204 of the pattern replace those of the cycle.
+    /// 220 and 221 run the drilling cycle before them at once; Q200, Q203, Q204 of the pattern replace those
+    /// of the cycle.
     pub(crate) fn pattern_cycle(&mut self, p: &Values) -> Result<(), Fault> {
         self.settle_contour(p.span)?;
         let Some(Cycle::Fixed(defined)) = self.modal.cycle.clone() else {
@@ -134,8 +135,8 @@ impl Interpreter {
 
     /// Points of PATTERN DEF, mm: X and Y in the plane, Z that lifts the surface.
     ///
-    /// HEIDENHAIN, *TNC 640 Programming of machining cycles*, "Pattern definition PATTERN DEF": rows and grids turn about their first
-    /// point, D of a circle is its diameter.
+    /// HEIDENHAIN, *TNC 640 Programming of machining cycles*, "Pattern definition PATTERN DEF": rows and
+    /// grids turn about their first point, D of a circle is its diameter.
     fn points_of(&mut self, pattern: &Pattern, span: Span) -> Result<Vec<[f64; 3]>, Fault> {
         let unit = self.modal.unit();
         let value = |word: &str| {

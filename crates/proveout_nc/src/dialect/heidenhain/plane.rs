@@ -6,11 +6,12 @@
 //! linear axes do not move. With MOVE they follow. With STAY the rotary words of the program turn
 //! them, as numbers or as Q120, Q121, Q122, which the control has computed.
 //!
-//! Angles after HEIDENHAIN, *TNC 640 Klartext programming*, "The PLANE function": SPA, SPB, SPC turn about the fixed axes X, then
-//! Y, then Z of the workpiece system, which is Rz Ry Rx; EULPR, EULNU, EULROT about Z, the turned X, the turned Z; a VECTOR
-//! plane has NX NY NZ as its Z and the part of BX BY BZ square to it as its X; POINTS run P1 to P2 along X, P3 lies on the
-//! side of +Y; PROPR and PROMIN are the angles of the lines in which the plane cuts Z X and Y Z; AXIAL gives positions of the rotary
-//! axes. The origin stays at the active datum.
+//! Angles after HEIDENHAIN, *TNC 640 Klartext programming*, "The PLANE function": SPA, SPB, SPC turn about
+//! the fixed axes X, then Y, then Z of the workpiece system, which is Rz Ry Rx; EULPR, EULNU, EULROT about Z,
+//! the turned X, the turned Z; a VECTOR plane has NX NY NZ as its Z and the part of BX BY BZ square to it as
+//! its X; POINTS run P1 to P2 along X, P3 lies on the side of +Y; PROPR and PROMIN are the angles of the
+//! lines in which the plane cuts Z X and Y Z; AXIAL gives positions of the rotary axes. The origin stays at
+//! the active datum.
 
 use super::interpreter::Interpreter;
 use super::motion::{Goal, LINEAR, ROTARY};

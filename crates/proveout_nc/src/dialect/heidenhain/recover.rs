@@ -1,7 +1,7 @@
 //! What a fault leaves in doubt on a TNC, and where the run continues after it.
 //!
-//! A block of path words is executed with the words that could be read; everything else that a block with a fault would have
-//! set is in doubt.
+//! A block of path words is executed with the words that could be read; everything else that a block with a
+//! fault would have set is in doubt.
 
 use super::run_state::{Interpreter, Labels};
 use super::words::Statement;

@@ -1,8 +1,9 @@
 //! Which words a path block of Klartext takes. A word that its block does not use is refused by
 //! name.
 //!
-//! After HEIDENHAIN, *TNC 640 Klartext programming*, "Programming contours": CC takes coordinates alone, a direction DR belongs to
-//! circles about a pole or with a radius, PR and PA to polar paths, rapid traverse FMAX to straight blocks.
+//! After HEIDENHAIN, *TNC 640 Klartext programming*, "Programming contours": CC takes coordinates alone, a
+//! direction DR belongs to circles about a pole or with a radius, PR and PA to polar paths, rapid traverse
+//! FMAX to straight blocks.
 
 use super::words::{Lead, OldWord, PathFunction, Plane, PlaneKind, Words};
 use crate::codes;

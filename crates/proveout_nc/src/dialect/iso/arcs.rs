@@ -13,7 +13,8 @@ use crate::control::{ArcTolerance, Centers};
 use crate::diagnostic::{Fault, Span};
 
 const CENTER: [u8; 3] = *b"IJK";
-/// Difference of the radii that a `LinuxCNC` takes whatever the radius, mm or inch (`CENTER_ARC_RADIUS_TOLERANCE_MM`, `_INCH`).
+/// Difference of the radii that a `LinuxCNC` takes whatever the radius, mm or inch
+/// (`CENTER_ARC_RADIUS_TOLERANCE_MM`, `_INCH`).
 const SPIRAL_MM: f64 = 0.02 * std::f64::consts::SQRT_2;
 const SPIRAL_INCH: f64 = 0.002 * std::f64::consts::SQRT_2;
 /// How much shorter than half of the chord a radius R may be there (`RADIUS_TOLERANCE_MM`, and as much in inch).
@@ -163,8 +164,8 @@ impl Interpreter {
         }
     }
 
-    /// G2 and G3 without I J K and R on a Fanuc: a straight motion, or an alarm (*Operator's manual*, "Circular interpolation":
-    /// bit 5 of parameter 3403).
+    /// G2 and G3 without I J K and R on a Fanuc: a straight motion, or an alarm (*Operator's manual*,
+    /// "Circular interpolation": bit 5 of parameter 3403).
     fn arc_without_center(
         &mut self,
         end: AxisValues,

@@ -5,8 +5,9 @@
 //! rotation and plane, words that act once, motion, functions after it (on a `LinuxCNC` only the
 //! stops), subprogram call, end of program.
 //!
-//! A `LinuxCNC` (*G-code overview*, "G-code order of execution") does of the modal words only G93 to G95 first: F is read in the
-//! unit of the block before, the plane and the unit follow the dwell, G90, G98 and the motion word the path mode.
+//! A `LinuxCNC` (*G-code overview*, "G-code order of execution") does of the modal words only G93 to G95
+//! first: F is read in the unit of the block before, the plane and the unit follow the dwell, G90, G98 and
+//! the motion word the path mode.
 
 use super::calls::whole;
 use super::corners;
@@ -392,8 +393,8 @@ impl Interpreter {
         }
     }
 
-    /// G4. Fanuc: P in milliseconds, X or U in seconds; Haas: P in milliseconds, with a decimal point in seconds; `LinuxCNC`: P
-    /// in seconds.
+    /// G4. Fanuc: P in milliseconds, X or U in seconds; Haas: P in milliseconds, with a decimal point in
+    /// seconds; `LinuxCNC`: P in seconds.
     fn dwell(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let point = p.has_point(b'P');
         let in_p = p.take(b'P');

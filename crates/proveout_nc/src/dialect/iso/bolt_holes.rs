@@ -1,8 +1,9 @@
 //! G70 and G71 of a Haas: the cycle in force at holes on a circle about the present position.
 //!
-//! Haas, *Mill operator's manual*, "G70 Bolt hole circle", "G71 Bolt hole arc": I is the radius, J the angle of the first hole
-//! from the first axis of the plane, counter-clockwise, L the number of holes; G70 spreads them over the whole circle, G71 by
-//! the angle K. They act in their block, with a cycle in force (`L0` in its block drills no hole at the center).
+//! Haas, *Mill operator's manual*, "G70 Bolt hole circle", "G71 Bolt hole arc": I is the radius, J the angle
+//! of the first hole from the first axis of the plane, counter-clockwise, L the number of holes; G70 spreads
+//! them over the whole circle, G71 by the angle K. They act in their block, with a cycle in force (`L0` in
+//! its block drills no hole at the center).
 
 use super::block::g_name;
 use super::calls::whole;

@@ -1,7 +1,8 @@
 //! Boring with a shift of the tip off the wall: G76, G87 of a Fanuc, G77 of a Haas.
 //!
-//! The spindle stops oriented, and the tool moves aside in the plane: by I and J, or by Q along the first axis. Which way the
-//! edge points at the oriented stop is set up on the machine; along the first axis is the usual setting.
+//! The spindle stops oriented, and the tool moves aside in the plane: by I and J, or by Q along the first
+//! axis. Which way the edge points at the oriented stop is set up on the machine; along the first axis is the
+//! usual setting.
 
 use super::cycles::Levels;
 use super::interpreter::Interpreter;

@@ -8,10 +8,11 @@
 //!   depth Z        ___________v
 //! ```
 //!
-//! Sources: Fanuc, *Series 30i operator's manual*, "Canned cycle for drilling"; Haas, *Mill operator's manual*; `LinuxCNC`,
-//! *G-code reference*, "Canned cycles", and its interpreter (`convert_cycle_xy` in `interp_cycles.cc`, which keeps the initial
-//! level in `cycle_il` until another motion mode or G80). With G91, R counts from the initial level and Z from R, however often
-//! the cycle is repeated and whatever level the tool has come back to.
+//! Sources: Fanuc, *Series 30i operator's manual*, "Canned cycle for drilling"; Haas, *Mill operator's
+//! manual*; `LinuxCNC`, *G-code reference*, "Canned cycles", and its interpreter (`convert_cycle_xy` in
+//! `interp_cycles.cc`, which keeps the initial level in `cycle_il` until another motion mode or G80). With
+//! G91, R counts from the initial level and Z from R, however often the cycle is repeated and whatever level
+//! the tool has come back to.
 
 use super::block::g_name;
 use super::flavor::Flavor;
@@ -173,8 +174,8 @@ impl Interpreter {
         }
     }
 
-    /// Where a cycle comes back to before the first G98 or G99. A `LinuxCNC` begins with the R plane, unless its startup code or the program
-    /// before has said G98; others begin with the initial level.
+    /// Where a cycle comes back to before the first G98 or G99. A `LinuxCNC` begins with the R plane, unless
+    /// its startup code or the program before has said G98; others begin with the initial level.
     fn return_level_at_start(&mut self, levels: Levels) {
         if self.modal.return_to_r.is_some() || self.settings.control.stated_returns {
             return;
@@ -508,8 +509,8 @@ impl Interpreter {
     fn peck(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
         let total = levels.r - levels.depth;
         let clearance = match self.own.flavor {
-            // 0.010 inch of the interpreter of LinuxCNC; setting 22 of a Haas (0.05 inch); chosen for parameters 5114 and 5115
-            // of a Fanuc.
+            // 0.010 inch of the interpreter of LinuxCNC; setting 22 of a Haas (0.05 inch); chosen for
+            // parameters 5114 and 5115 of a Fanuc.
             Flavor::LinuxCnc => 0.254,
             Flavor::Haas => 1.27,
             Flavor::Fanuc => 1.0,
@@ -527,7 +528,8 @@ impl Interpreter {
         // Okuma: I is the infeed of G73, and each time J is reached the tool comes out to the R plane.
         let mut out_after = less.map(f64::abs).filter(|j| stated && code == 730 && *j > 0.0);
         if self.own.flavor == Flavor::Haas && first.is_none() && (less.is_some() || least.is_some()) {
-            // G73 with K and Q comes out to the R plane each time the infeeds add up to K (Haas, *Mill operator's manual*, G73).
+            // G73 with K and Q comes out to the R plane each time the infeeds add up to K (Haas, *Mill
+            // operator's manual*, G73).
             out_after = least.map(f64::abs).filter(|k| code == 730 && less.is_none() && *k > 0.0);
             if out_after.is_none() {
                 let message = format!("{} has J or K, which belong to a first infeed I", g_name(code));

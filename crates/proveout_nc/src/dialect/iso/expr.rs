@@ -1,8 +1,9 @@
 //! Expressions of macro B and RS274/NGC: parameters, brackets, functions.
 //!
-//! Priorities: `LinuxCNC` (*G-code overview, binary operators*) `**`, then `* / MOD`, `+ -`, comparisons, `AND OR XOR`; Fanuc
-//! (*Custom macro B, arithmetic and logic operation*) `* / AND MOD`, then `+ - OR XOR`, comparisons in conditions last. A chain
-//! of comparisons without brackets is refused where the control would compare the result of a comparison.
+//! Priorities: `LinuxCNC` (*G-code overview, binary operators*) `**`, then `* / MOD`, `+ -`, comparisons,
+//! `AND OR XOR`; Fanuc (*Custom macro B, arithmetic and logic operation*) `* / AND MOD`, then `+ - OR XOR`,
+//! comparisons in conditions last. A chain of comparisons without brackets is refused where the control would
+//! compare the result of a comparison.
 
 use super::flavor::Flavor;
 use super::osp;

@@ -1,4 +1,5 @@
-//! High-level blocks of a Fagor as those of macro B, line by line: what other controls take as a comment is a statement here.
+//! High-level blocks of a Fagor as those of macro B, line by line: what other controls take as a comment is a
+//! statement here.
 //!
 //! | Fagor 8055, 8025 | read as |
 //! |---|---|

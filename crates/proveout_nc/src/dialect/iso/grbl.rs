@@ -1,8 +1,9 @@
 //! Lines of a grbl that begin with `$`: read where the control file says `program.words = "grbl"`.
 //!
-//! After grbl 1.1, wiki page "Grbl v1.1 Commands": `$H` homes the machine, `$X` clears an alarm, `$$ $# $G $I $N` print, `$C`
-//! checks. `$J=` jogs and settings (`$32=1`) are no part of a program: they are refused. The homing cycle runs Z first, then the
-//! other axes (`HOMING_CYCLE_0`, `HOMING_CYCLE_1` of config.h), to the place that the switches have.
+//! After grbl 1.1, wiki page "Grbl v1.1 Commands": `$H` homes the machine, `$X` clears an alarm, `$$ $# $G $I
+//! $N` print, `$C` checks. `$J=` jogs and settings (`$32=1`) are no part of a program: they are refused. The
+//! homing cycle runs Z first, then the other axes (`HOMING_CYCLE_0`, `HOMING_CYCLE_1` of config.h), to the
+//! place that the switches have.
 
 use super::grbl_words;
 use super::parser::IsoBlock;

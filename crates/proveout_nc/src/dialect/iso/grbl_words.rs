@@ -1,8 +1,9 @@
 //! The words of a grbl 1.1, and what it refuses in a block.
 //!
-//! After grbl 1.1, `gcode.c` (`gc_execute_line`) and its list of error codes: error 1 (no letter), 2 (no number), 20 (unsupported
-//! word), 21 (two words of one group), 24 (two words that take the axes), 25 (repeated letter), 26 to 36 (values that miss or that
-//! nothing takes), 37 (G43.1), 38 (T). What a control file gives a meaning is left to it.
+//! After grbl 1.1, `gcode.c` (`gc_execute_line`) and its list of error codes: error 1 (no letter), 2 (no
+//! number), 20 (unsupported word), 21 (two words of one group), 24 (two words that take the axes), 25
+//! (repeated letter), 26 to 36 (values that miss or that nothing takes), 37 (G43.1), 38 (T). What a control
+//! file gives a meaning is left to it.
 
 use super::block::{WHOLE_CODE, g_name};
 use super::parser::{IsoBlock, IsoWord, WordValue};

@@ -1,7 +1,8 @@
 //! Structure of a program file: its programs, and the partner lines of every opening or closing word.
 //!
-//! Made once when a file is loaded, so that a jump or a skipped branch costs one look-up and an unclosed loop is reported
-//! before anything runs. Only lines that begin with a structuring word are parsed: plain blocks cost a few bytes.
+//! Made once when a file is loaded, so that a jump or a skipped branch costs one look-up and an unclosed loop
+//! is reported before anything runs. Only lines that begin with a structuring word are parsed: plain blocks
+//! cost a few bytes.
 
 use std::collections::BTreeMap;
 
@@ -29,8 +30,8 @@ pub(crate) struct TapePart {
 /// Lines that belong to a structuring line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Partner {
-    /// IF, ELSEIF, ELSE: the next branch or the end. Opening word of a loop or subprogram: its end. End: its opening word.
-    /// BREAK and CONTINUE: the opening word of the loop.
+    /// IF, ELSEIF, ELSE: the next branch or the end. Opening word of a loop or subprogram: its end. End: its
+    /// opening word. BREAK and CONTINUE: the opening word of the loop.
     pub(crate) next: Mark,
     /// The end of the whole structure.
     pub(crate) end: Mark,

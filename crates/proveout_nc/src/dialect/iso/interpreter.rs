@@ -108,8 +108,8 @@ impl Language for Iso {
         channel.begin_motion();
     }
 
-    /// A `LinuxCNC` counts X, Y and Z, whatever its set-up (*Machining center*, "Feed"). On a Fanuc F is the speed along the vector of
-    /// the axes, degrees as millimeters.
+    /// A `LinuxCNC` counts X, Y and Z, whatever its set-up (*Machining center*, "Feed"). On a Fanuc F is the
+    /// speed along the vector of the axes, degrees as millimeters.
     fn mixed_feed(channel: &Interpreter) -> UsualFeed {
         if channel.own.flavor.is_linuxcnc() {
             UsualFeed::Rule(MixedFeed::Linear)
@@ -165,8 +165,8 @@ impl LineLanguage for Iso {
         channel.run_line(loaded, line, at, block)
     }
 
-    /// The end of the text ends the program as M30 and the subprogram as M99 do. On a Fanuc and a Haas no program runs into the
-    /// next one of its file.
+    /// The end of the text ends the program as M30 and the subprogram as M99 do. On a Fanuc and a Haas no
+    /// program runs into the next one of its file.
     fn end_of_text(channel: &mut Interpreter, loaded: &Arc<Loaded>, at: Mark) -> Result<(), Box<Diagnostic>> {
         if let Some((line, _)) = loaded.source.line(at)
             && let Some(part) = loaded.index.parts.iter().find(|p| p.lines[0] == at.line && !p.outside)

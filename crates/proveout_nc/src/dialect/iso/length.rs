@@ -45,8 +45,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// The tool length changes in a block without Z. Bit 6 (TOS) of parameter 5006 of a Fanuc decides whether coordinates shift and
-    /// nothing moves, or whether Z moves by the length. `level`: Z before the block.
+    /// The tool length changes in a block without Z. Bit 6 (TOS) of parameter 5006 of a Fanuc decides whether
+    /// coordinates shift and nothing moves, or whether Z moves by the length. `level`: Z before the block.
     fn length_alone(&mut self, level: Option<f64>, span: Span) -> Result<(), Fault> {
         if self.modal.in_table() || self.modal.tcp {
             return Ok(());
@@ -258,7 +258,8 @@ impl Interpreter {
         self.tell_tcp();
     }
 
-    /// G43.1: the axes that it names get these offsets, the others keep theirs (`convert_tool_length_offset` of the interpreter).
+    /// G43.1: the axes that it names get these offsets, the others keep theirs (`convert_tool_length_offset`
+    /// of the interpreter).
     fn length_of_axes(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let named = p.axes();
         let given = self.length_shift(p, span)?;

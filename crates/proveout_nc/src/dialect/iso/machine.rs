@@ -9,7 +9,8 @@
 //! the length does from the next block on differs:
 //!
 //! * `LinuxCNC`: it is in force as before (RS274/NGC: neither word changes G43).
-//! * Haas: G53 leaves it; G28 cancels it "for the following lines of code" (*Mill operator's manual*, G28), and G234 with it.
+//! * Haas: G53 leaves it; G28 cancels it "for the following lines of code" (*Mill operator's manual*, G28),
+//!   and G234 with it.
 //! * Fanuc: the offset of the axes that moved is canceled while the display still shows G43. Bit 6 of
 //!   parameter 5001 decides whether the next motion or only the next G43, G44 or H brings it back
 //!   (*Operator's manual*, "G53, G28 and G30 commands in tool length compensation mode"). The reader
@@ -38,7 +39,8 @@ fn under_tcp(word: &str) -> String {
     )
 }
 
-/// Numbers of the parameters that hold the reference points of G28 and G30 on a `LinuxCNC`; settings may give them for all.
+/// Numbers of the parameters that hold the reference points of G28 and G30 on a `LinuxCNC`; settings may give
+/// them for all.
 const FIRST_REFERENCE: u32 = 5161;
 const SECOND_REFERENCE: u32 = 5181;
 
@@ -78,8 +80,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G27 and G60 of a Fanuc: a rapid motion to the programmed point. G27 checks that it is the reference point; G60 comes from one
-    /// side, by an overrun that is a parameter of the control.
+    /// G27 and G60 of a Fanuc: a rapid motion to the programmed point. G27 checks that it is the reference
+    /// point; G60 comes from one side, by an overrun that is a parameter of the control.
     fn positioning(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let axes = p.axes();
         if axes == 0 {
@@ -152,8 +154,8 @@ impl Interpreter {
         self.known_in_machine(&end, axes);
     }
 
-    /// A machine coordinate is that of the axis: the place of the tip is known from it, in Z where no tool length of the table
-    /// is in force.
+    /// A machine coordinate is that of the axis: the place of the tip is known from it, in Z where no tool
+    /// length of the table is in force.
     pub(super) fn known_in_machine(&mut self, end: &AxisValues, axes: u16) {
         if self.modal.in_table() {
             return;
@@ -335,7 +337,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// The axes of G28 without a coordinate: those of the machine, or, where no machine is known, those that the program uses.
+    /// The axes of G28 without a coordinate: those of the machine, or, where no machine is known, those that
+    /// the program uses.
     fn all_axes(&self) -> u16 {
         match &self.settings.reference_points {
             Some(points) => points.axes,

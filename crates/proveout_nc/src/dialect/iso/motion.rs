@@ -61,8 +61,8 @@ impl Interpreter {
         self.move_once(mode, p, span)
     }
 
-    /// L of a Haas: how often the motion of the block is made, as in its example of single-point thread milling (*Mill operator's
-    /// manual*, G02). Other controls have no such word.
+    /// L of a Haas: how often the motion of the block is made, as in its example of single-point thread
+    /// milling (*Mill operator's manual*, G02). Other controls have no such word.
     fn repeats(&self, mode: MotionMode, p: &mut Pending, span: Span) -> Result<u32, Fault> {
         let feed = matches!(mode, MotionMode::Linear | MotionMode::Clockwise | MotionMode::CounterClockwise);
         if self.own.flavor != Flavor::Haas || !feed || !p.any_free(b"L") {
@@ -241,7 +241,8 @@ impl Interpreter {
         })
     }
 
-    /// Work coordinates at the end of the block: programmed axes replaced, the others as they are; and the programmed axes.
+    /// Work coordinates at the end of the block: programmed axes replaced, the others as they are; and the
+    /// programmed axes.
     pub(crate) fn targets(&mut self, p: &mut Pending, span: Span) -> Result<(AxisValues, u16), Fault> {
         let mut end = self.position.work;
         let axes = p.axes();

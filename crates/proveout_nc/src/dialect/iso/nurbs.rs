@@ -1,9 +1,9 @@
 //! G5.2 and G5.3 of a `LinuxCNC`: a NURBS in the XY plane, from the place of the tool to the last control point.
 //!
-//! Words, order and knots are those of its interpreter (`convert_nurbs`, `knot_vector_creator`): order 3 or what L says above it,
-//! knots at whole numbers, as many times at both ends as the order, so that the curve begins at the first and ends at the last
-//! control point. Where all weights are equal and the order is 3 or 4 every piece is a cubic Bezier curve, and is given exactly;
-//! other pieces are given as chords.
+//! Words, order and knots are those of its interpreter (`convert_nurbs`, `knot_vector_creator`): order 3 or
+//! what L says above it, knots at whole numbers, as many times at both ends as the order, so that the curve
+//! begins at the first and ends at the last control point. Where all weights are equal and the order is 3 or
+//! 4 every piece is a cubic Bezier curve, and is given exactly; other pieces are given as chords.
 
 use super::modal::FeedMode;
 use super::pending::Pending;

@@ -324,7 +324,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G64 without P of a `LinuxCNC` has no tolerance: "best possible speed, no matter how far away from the programmed point you end up".
+    /// G64 without P of a `LinuxCNC` has no tolerance: "best possible speed, no matter how far away from the
+    /// programmed point you end up".
     fn without_tolerance(&mut self) -> Option<f64> {
         if let stated @ Some(_) = self.settings.control.parameters.g64_tolerance_mm {
             return stated;

@@ -14,9 +14,10 @@
 //!   DEF WORK ... END   DRAW    blank and picture of the animation: without effect
 //! ```
 //!
-//! After Okuma, *OSP-E100M programming manual* (4292-E), "User task" (common variables `VC1` to `VC200`, which keep their values,
-//! IF, GOTO, CALL, MODIN, RTS with Q for the number of passes, local variables, sequence names) and "Fixed cycles" (NCYL). Local
-//! variables belong to the program that sets them; that a subprogram does not see those of its caller is from memory.
+//! After Okuma, *OSP-E100M programming manual* (4292-E), "User task" (common variables `VC1` to `VC200`,
+//! which keep their values, IF, GOTO, CALL, MODIN, RTS with Q for the number of passes, local variables,
+//! sequence names) and "Fixed cycles" (NCYL). Local variables belong to the program that sets them; that a
+//! subprogram does not see those of its caller is from memory.
 
 use super::expr::{self, Expr};
 use super::flavor::Flavor;
@@ -170,7 +171,8 @@ pub(super) fn call_or_return(s: &mut Scanner<'_>, flavor: Flavor) -> Result<Opti
     Ok(Some(if word == "CALL" { IsoStatement::Call(call) } else { IsoStatement::ModalCall(call) }))
 }
 
-/// A line that describes the blank for the animation of the control, or draws: `DEF WORK`, `PS LC,[0,0,-20],[100,80,20]`, `END`, `DRAW`, `CLEAR`.
+/// A line that describes the blank for the animation of the control, or draws: `DEF WORK`, `PS
+/// LC,[0,0,-20],[100,80,20]`, `END`, `DRAW`, `CLEAR`.
 pub(super) fn animation(line: &str) -> Option<&'static str> {
     // Every line of every ISO program passes here: the first two letters exclude nearly all of
     // them, without building a text.

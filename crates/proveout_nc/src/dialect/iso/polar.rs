@@ -1,5 +1,5 @@
-//! `@` and `^` of a `LinuxCNC`: the end of a motion in the XY plane by radius and angle about the work origin (*G-code overview*,
-//! "Polar coordinates"; `find_ends` of its interpreter).
+//! `@` and `^` of a `LinuxCNC`: the end of a motion in the XY plane by radius and angle about the work origin
+//! (*G-code overview*, "Polar coordinates"; `find_ends` of its interpreter).
 
 use super::pending::Pending;
 use super::run_state::Interpreter;

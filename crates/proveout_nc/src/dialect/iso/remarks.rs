@@ -1,5 +1,5 @@
-//! Parameters in the comments of a `LinuxCNC` that speak: `(DEBUG, #1)`, `(PRINT, #<name>)`, `(LOG, ..)` (*G-code overview*,
-//! "Debug messages": every `#` with its name is replaced by its value).
+//! Parameters in the comments of a `LinuxCNC` that speak: `(DEBUG, #1)`, `(PRINT, #<name>)`, `(LOG, ..)`
+//! (*G-code overview*, "Debug messages": every `#` with its name is replaced by its value).
 
 use super::expr;
 use super::run_state::Interpreter;

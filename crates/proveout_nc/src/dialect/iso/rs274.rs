@@ -1,8 +1,8 @@
 //! What the interpreter of a `LinuxCNC` refuses in a block, before it does any of it.
 //!
-//! After *G-code reference* and what `rs274` of `LinuxCNC` 2.9 says to random blocks (`tests/linuxcnc_blocks.rs`): which words a
-//! letter belongs to, which words take the axis letters, which M words exclude each other. A grbl and a Mach3 share the language
-//! and have rules of their own.
+//! After *G-code reference* and what `rs274` of `LinuxCNC` 2.9 says to random blocks
+//! (`tests/linuxcnc_blocks.rs`): which words a letter belongs to, which words take the axis letters, which M
+//! words exclude each other. A grbl and a Mach3 share the language and have rules of their own.
 
 use super::block::{NOTED_G, g_name};
 use super::listed::LISTED;
@@ -23,7 +23,8 @@ const TAKES_AXES: [u32; 5] = [100, 280, 300, 520, 920];
 /// A number is whole where its fraction is no more than this.
 const NOT_WHOLE: f64 = 1e-4;
 
-/// A letter, and the words that it belongs to: motion words, other G words, M words (times ten, G as ten times its number).
+/// A letter, and the words that it belongs to: motion words, other G words, M words (times ten, G as ten
+/// times its number).
 struct Letter {
     letter: u8,
     motions: &'static [u32],
@@ -95,7 +96,8 @@ impl Interpreter {
         self.own.flavor.is_linuxcnc() && !control.grbl_words && !control.mach3_words
     }
 
-    /// The motion that a block asks for, as ten times the number of its word; none where its axis letters belong to another word.
+    /// The motion that a block asks for, as ten times the number of its word; none where its axis letters
+    /// belong to another word.
     pub(super) fn motion_to_be(&self, p: &Pending) -> Option<u32> {
         if let Some(code) = p.g(Group::Motion) {
             return Some(code);

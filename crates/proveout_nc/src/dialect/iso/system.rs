@@ -23,7 +23,8 @@ fn offset_word(flavor: Flavor, number: u32) -> Option<(String, usize)> {
     Some((word, ((number - first) % 20) as usize))
 }
 
-/// Tool offsets of a Fanuc with memory C (*Operator's manual*, "System variables"): wear and geometry of lengths, then of radii.
+/// Tool offsets of a Fanuc with memory C (*Operator's manual*, "System variables"): wear and geometry of
+/// lengths, then of radii.
 fn tool_offset(flavor: Flavor, number: u32) -> Option<(OffsetColumn, u32)> {
     let column = match number {
         10_001..=10_999 => OffsetColumn { radius: false, wear: true },

@@ -13,11 +13,12 @@ use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
 use crate::{Feed, Op, Override, SpindleDirection, ToolName};
 
-/// The analog output that selects the kinematics in the documentation of `LinuxCNC` and in the configurations that come with it.
+/// The analog output that selects the kinematics in the documentation of `LinuxCNC` and in the configurations
+/// that come with it.
 const KINEMATICS_OUTPUT: f64 = 3.0;
 
-/// A word that has this meaning on lathes only: *Operator's manual (lathe system)*, "Maximum spindle speed clamp" and "Threading
-/// cycle (G92)".
+/// A word that has this meaning on lathes only: *Operator's manual (lathe system)*, "Maximum spindle speed
+/// clamp" and "Threading cycle (G92)".
 pub(super) fn of_a_lathe(word: &str, does: &str, span: Span) -> Fault {
     Fault::new(
         codes::UNSUPPORTED_WORD,

@@ -117,8 +117,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// G268 X Y Z I J K Q of a Haas (*Mill operator's manual*, "Feature coordinate system"): the angles I, J, K about X, Y, Z in the order
-    /// of the digits of Q.
+    /// G268 X Y Z I J K Q of a Haas (*Mill operator's manual*, "Feature coordinate system"): the angles I, J,
+    /// K about X, Y, Z in the order of the digits of Q.
     fn feature_plane(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         self.settings.check_kinematics(KinematicsKind::TiltedPlane, "G268", span)?;
         if self.modal.plane == Plane::Dynamic || self.modal.tcp {
@@ -148,9 +148,9 @@ impl Interpreter {
         self.tell_frame(word);
     }
 
-    /// G53.1: turns the tool upright on the plane with the linear axes at rest. G53.6 H: they follow, so that the tip stays on the
-    /// workpiece, or with R the point so much ahead of it (Fanuc, "Tool center point retention type tool axis direction control",
-    /// from memory).
+    /// G53.1: turns the tool upright on the plane with the linear axes at rest. G53.6 H: they follow, so that
+    /// the tip stays on the workpiece, or with R the point so much ahead of it (Fanuc, "Tool center point
+    /// retention type tool axis direction control", from memory).
     pub(crate) fn turn_to_plane(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let word = super::block::g_name(code);
         if !matches!(self.modal.plane, Plane::Defined | Plane::Engaged) || self.modal.tcp {
@@ -271,8 +271,8 @@ impl Interpreter {
     /// scaled by P about a center. Along axes without a word the center is the present position.
     /// Scaling is switched on before a rotation, and off after it.
     ///
-    /// A Fanuc (*Operator's manual*, "Scaling (G50, G51)") scales each axis by I, J and K as well, mirrors it where they are
-    /// below zero, and counts thousandths where they have no decimal point.
+    /// A Fanuc (*Operator's manual*, "Scaling (G50, G51)") scales each axis by I, J and K as well, mirrors it
+    /// where they are below zero, and counts thousandths where they have no decimal point.
     pub(crate) fn scaling(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let frames = &self.modal.frames;
         let inside = frames.rotation != Frame::IDENTITY || frames.mirror != Frame::IDENTITY;

@@ -2,8 +2,8 @@
 //!
 //! Codes are ten times the number of the word: `G38.2` is 382.
 //!
-//! Sources: Fanuc, *Series 30i operator's manual* (B-64484EN), list of G codes; Haas, *Mill operator's manual, NGC*, G codes;
-//! `LinuxCNC`, *G-code reference*, modal groups.
+//! Sources: Fanuc, *Series 30i operator's manual* (B-64484EN), list of G codes; Haas, *Mill operator's
+//! manual, NGC*, G codes; `LinuxCNC`, *G-code reference*, modal groups.
 
 use super::flavor::Flavor;
 use crate::control::Control;
@@ -235,8 +235,9 @@ pub(crate) fn function(flavor: Flavor, code: u32) -> Function {
         66 if flavor.is_linuxcnc() => Function::Refused("the input is not known to the twin; remove the block"),
         71 | 73 if flavor.is_linuxcnc() => Function::Refused("use M70 and M72"),
         67 | 68 if flavor.is_linuxcnc() => Function::AnalogOutput,
-        // M428 to M430: `LinuxCNC`, *Switchable kinematics*, and the configurations that come with it; M128, M129: those before
-        // it, TCPM of a Hurco and of a TNC. On a Haas M121 to M128 set an output for the user.
+        // M428 to M430: `LinuxCNC`, *Switchable kinematics*, and the configurations that come with it; M128,
+        // M129: those before it, TCPM of a Hurco and of a TNC. On a Haas M121 to M128 set an output for the
+        // user.
         129 | 428..=430 => Function::Kinematics,
         128 if flavor != Flavor::Haas => Function::Kinematics,
         97 if flavor == Flavor::Haas => Function::Call,

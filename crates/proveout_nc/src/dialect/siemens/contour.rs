@@ -1,4 +1,5 @@
-//! Contours of milling cycles: a subprogram, or the blocks between two labels, run for its path in the working plane alone.
+//! Contours of milling cycles: a subprogram, or the blocks between two labels, run for its path in the
+//! working plane alone.
 //!
 //! ```text
 //!   CYCLE72("PART", ..)            the subprogram PART, else the blocks between the labels E_LAB_A_PART: and E_LAB_E_PART:
@@ -6,8 +7,9 @@
 //!   CYCLE62("PART",1,,)            names a contour for the next cycle; with 2 by the labels of arguments 3 and 4
 //! ```
 //!
-//! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Programming the contour": the first block is the start point,
-//! G0 or G1 in the plane with G90; lines, arcs, chamfers and roundings follow. CYCLE62 and the labels of the editor from memory.
+//! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Programming the contour": the first
+//! block is the start point, G0 or G1 in the plane with G90; lines, arcs, chamfers and roundings follow.
+//! CYCLE62 and the labels of the editor from memory.
 
 use std::sync::Arc;
 

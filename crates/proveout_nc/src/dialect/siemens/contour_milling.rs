@@ -8,9 +8,10 @@
 //!      depth     '-(LP1)-contour-(LP2)      LP1, LP2: length, or radius of the path of the tool center
 //! ```
 //!
-//! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Path milling - CYCLE72", and *NC programming* (12/2019),
-//! "Programming cycles externally" (places of the arguments up to LP2 and digits of VARI). DMODE and AMODE from memory. The contour
-//! is given with cutter compensation on, as under G41 and G42, so that its corners are those of the control.
+//! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Path milling - CYCLE72", and *NC
+//! programming* (12/2019), "Programming cycles externally" (places of the arguments up to LP2 and digits of
+//! VARI). DMODE and AMODE from memory. The contour is given with cutter compensation on, as under G41 and
+//! G42, so that its corners are those of the control.
 
 use super::milling::{LEAST_SHARE_MM, share};
 use super::run_state::Interpreter;

@@ -140,8 +140,9 @@ impl Interpreter {
         })
     }
 
-    /// CYCLE83: first depth FDEP or FDPR, then each infeed is DAM shorter than the one before (or DAM times as long for a
-    /// negative DAM) down to the smallest infeed; the last two are halved when the rest is between one and two of them.
+    /// CYCLE83: first depth FDEP or FDPR, then each infeed is DAM shorter than the one before (or DAM times
+    /// as long for a negative DAM) down to the smallest infeed; the last two are halved when the rest is
+    /// between one and two of them.
     fn deep_hole(&mut self, h: Heights, v: &Values) -> Result<(), Fault> {
         let span = v.span;
         // 1 to 3 are the axes of the geometry, anything else the third one.

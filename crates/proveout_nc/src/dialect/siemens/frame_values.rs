@@ -1,8 +1,9 @@
 //! Frame variables: `DEF FRAME`, `CTRANS CROT CSCALE CMIRROR CRPL`, `:`, and the frames of the control by name.
 //!
-//! After Siemens, *Programming Guide Advanced*, "Frames", and *Function Manual K2*: `$P_UIFR[n]` are the settable frames,
-//! which act when their G word is programmed; `$P_IFRAME`, `$P_PFRAME` and `$P_BFRAME` are the settable, programmable and
-//! base frame in force and act at once; `$P_ACTFRAME` is their chain. Components: `TR` translation, `RT` rotation (RPY).
+//! After Siemens, *Programming Guide Advanced*, "Frames", and *Function Manual K2*: `$P_UIFR[n]` are the
+//! settable frames, which act when their G word is programmed; `$P_IFRAME`, `$P_PFRAME` and `$P_BFRAME` are
+//! the settable, programmable and base frame in force and act at once; `$P_ACTFRAME` is their chain.
+//! Components: `TR` translation, `RT` rotation (RPY).
 
 use super::expr::Expr;
 use super::run_state::Interpreter;

@@ -4,9 +4,10 @@
 //! base = base frame * settable (G54) * swivel (CYCLE800) * programmable (TRANS ROT SCALE MIRROR) * work
 //! ```
 //!
-//! An absolute instruction replaces the whole programmable frame, so `TRANS X0 Y0 Z0` takes an AROT away too; an additive one
-//! is multiplied from the right and so acts in the axes of the frame that is active. Several angles in one block turn about
-//! Z, the new Y, the newest X (Siemens, *NC programming*, "Programmable rotation", RPY, the standard setting of MD10600).
+//! An absolute instruction replaces the whole programmable frame, so `TRANS X0 Y0 Z0` takes an AROT away too;
+//! an additive one is multiplied from the right and so acts in the axes of the frame that is active. Several
+//! angles in one block turn about Z, the new Y, the newest X (Siemens, *NC programming*, "Programmable
+//! rotation", RPY, the standard setting of MD10600).
 
 use super::eval::Val;
 use super::parser::Call;

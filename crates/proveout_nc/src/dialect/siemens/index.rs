@@ -32,8 +32,8 @@ pub(crate) struct Index {
     pub(crate) unreadable: bool,
     /// Further programs of the same file, by upper-case name.
     pub(crate) procs: BTreeMap<String, ProgramSection>,
-    /// From the offset of a line to the line that belongs to it: IF to ELSE or ENDIF, ELSE to ENDIF, the opening word of a
-    /// loop to its end and back.
+    /// From the offset of a line to the line that belongs to it: IF to ELSE or ENDIF, ELSE to ENDIF, the
+    /// opening word of a loop to its end and back.
     pub(crate) partners: BTreeMap<usize, Mark>,
     labels: BTreeMap<String, Vec<Mark>>,
 }
@@ -150,7 +150,8 @@ impl Index {
                         None
                     }
                 });
-                // A PROC line that follows a header line, or that is the first line with code, names the section it is in.
+                // A PROC line that follows a header line, or that is the first line with code, names the
+                // section it is in.
                 if seen_code {
                     index.close_section(source, name.take(), subprogram, start, at, &mut open, faults);
                     start = at;

@@ -1,5 +1,5 @@
-//! Milling cycles: POCKET3 rectangular pocket, POCKET4 circular pocket; the others are in [`super::slots`], [`super::surfaces`] and
-//! [`super::contour_milling`].
+//! Milling cycles: POCKET3 rectangular pocket, POCKET4 circular pocket; the others are in [`super::slots`],
+//! [`super::surfaces`] and [`super::contour_milling`].
 //!
 //! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Milling cycles": the
 //! pocket from its center outwards, infeeds of equal depth and width, none above MID and MIDA (MIDA
@@ -123,7 +123,8 @@ impl Interpreter {
         }))
     }
 
-    /// CDIR: whether rings in a pocket run counter-clockwise, and those around a spigot clockwise: climb, up-cut, G2, G3.
+    /// CDIR: whether rings in a pocket run counter-clockwise, and those around a spigot clockwise: climb,
+    /// up-cut, G2, G3.
     pub(super) fn ring_direction(&self, v: &Values, inside: bool) -> Result<bool, Fault> {
         let climbs = self.technology.direction != SpindleDirection::CounterClockwise;
         match v.value("CDIR")? {

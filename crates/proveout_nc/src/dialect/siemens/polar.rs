@@ -1,9 +1,11 @@
-//! Polar coordinates: G110, G111, G112, AP=, RP=; a straight line by its angle: ANG=. Two lines by their angles are in [`super::two_lines`].
+//! Polar coordinates: G110, G111, G112, AP=, RP=; a straight line by its angle: ANG=. Two lines by their
+//! angles are in [`super::two_lines`].
 //!
-//! After Siemens, *NC programming, Fundamentals*, "Travel commands with polar coordinates": the angle counts from the first
-//! axis of the working plane, the radius is modal, the pole is the zero of the work coordinates before it is programmed, and
-//! a circle without center and radius runs about the pole. "Contour definitions": the angle of a straight line counts from the
-//! first axis of the plane too, and one coordinate of its end gives the other.
+//! After Siemens, *NC programming, Fundamentals*, "Travel commands with polar coordinates": the angle counts
+//! from the first axis of the working plane, the radius is modal, the pole is the zero of the work
+//! coordinates before it is programmed, and a circle without center and radius runs about the pole. "Contour
+//! definitions": the angle of a straight line counts from the first axis of the plane too, and one coordinate
+//! of its end gives the other.
 
 use super::modal::Interpolation;
 use super::pending::{Coordinate, Pending, Reference};

@@ -1,7 +1,8 @@
 //! Threads: G33, G331, G332, G63, CYCLE84 and CYCLE840.
 //!
-//! Parameters after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), CYCLE84 and CYCLE840; G331 and G332 after
-//! *Programming Manual Fundamentals*, "Tapping without compensating chuck". A positive pitch is a right-hand thread.
+//! Parameters after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), CYCLE84 and CYCLE840; G331
+//! and G332 after *Programming Manual Fundamentals*, "Tapping without compensating chuck". A positive pitch
+//! is a right-hand thread.
 
 use proveout_tool::coarse_pitch;
 
@@ -78,8 +79,8 @@ impl Interpreter {
         Ok(Some(pitch.copysign(size)))
     }
 
-    /// CYCLE84: rapid to the start plane, into the hole with the pitch at SST, dwell, out to the start plane at SST1 with the
-    /// spindle reversed, rapid to the retraction plane; the spindle then turns as SDAC says.
+    /// CYCLE84: rapid to the start plane, into the hole with the pitch at SST, dwell, out to the start plane
+    /// at SST1 with the spindle reversed, rapid to the retraction plane; the spindle then turns as SDAC says.
     pub(crate) fn rigid_tapping(&mut self, h: Heights, v: &Values) -> Result<(), Fault> {
         if v.get("AXN")?.is_some_and(|axis| axis != 0.0 && axis != 3.0) {
             let message = "`CYCLE84` with another drilling axis (AXN) is not supported";
@@ -122,8 +123,8 @@ impl Interpreter {
         self.course(&[h.out()], v.span)
     }
 
-    /// Depths of CYCLE84, each with the coordinate to come back to: one (VARI 0), or infeeds of DAM with a retraction by VRT
-    /// (VARI 1) or to the start plane (VARI 2).
+    /// Depths of CYCLE84, each with the coordinate to come back to: one (VARI 0), or infeeds of DAM with a
+    /// retraction by VRT (VARI 1) or to the start plane (VARI 2).
     fn tapping_steps(h: Heights, v: &Values) -> Result<Vec<(f64, f64)>, Fault> {
         let (variant, infeed) = (v.value("VARI")?, v.value("DAM")?);
         if variant == 0.0 || infeed == 0.0 {
@@ -157,8 +158,8 @@ impl Interpreter {
         self.course(&[Stroke::Thread { to, pitch, turn }], span)
     }
 
-    /// CYCLE840: tapping in a compensating chuck. The spindle runs as it was started; it reverses at the depth. Without a
-    /// pitch the feed and speed in force give it.
+    /// CYCLE840: tapping in a compensating chuck. The spindle runs as it was started; it reverses at the
+    /// depth. Without a pitch the feed and speed in force give it.
     pub(crate) fn floating_tapping(&mut self, h: Heights, v: &Values) -> Result<(), Fault> {
         let speed = self.technology.speed.filter(|s| *s > 0.0).ok_or_else(|| {
             v.fault(codes::MISSING_VALUE, "`CYCLE840` has no spindle speed", "write S before the cycle")

@@ -1,4 +1,5 @@
-//! Two straight lines by their angles: the corner between them is not written, and follows from the end of the second one.
+//! Two straight lines by their angles: the corner between them is not written, and follows from the end of
+//! the second one.
 //!
 //! ```text
 //!                 end (X Y)         N10 G1 ANG=a            the first line: its angle, and a corner CHR= or RND=

@@ -96,8 +96,9 @@ impl StationCells {
         at(high, right) + at(low, left) == at(high, left) + at(low, right)
     }
 
-    /// The way of least cost from one of the first cells to one of the last ones: a cell for each station. `times` are those of the stretches, `velocities`
-    /// those of the joints; cells that are not there count as all.
+    /// The way of least cost from one of the first cells to one of the last ones: a cell for each station.
+    /// `times` are those of the stretches, `velocities` those of the joints; cells that are not there count
+    /// as all.
     ///
     /// # Errors
     /// The first stretch that no way passes.
@@ -159,7 +160,8 @@ impl StationCells {
         Ok(way)
     }
 
-    /// A free rectangle of a stretch that holds another one and cannot be made larger: grown by a cell to each side in turn.
+    /// A free rectangle of a stretch that holds another one and cannot be made larger: grown by a cell to
+    /// each side in turn.
     pub(super) fn grown(&self, stretch: usize, [a, b]: [Cell; 2]) -> [Cell; 2] {
         let mut low = [a[0].min(b[0]), a[1].min(b[1])];
         let mut high = [a[0].max(b[0]), a[1].max(b[1])];

@@ -1,7 +1,8 @@
 //! Which turns and tilts are free for a stretch of a row.
 //!
-//! A tilt is a circle of axes about the pole, so that everything that limits the axis is a list of intervals of the turn. A *ring* is the axes of all tilts
-//! within half a cell of one; no axis of it is farther than that from the circle:
+//! A tilt is a circle of axes about the pole, so that everything that limits the axis is a list of intervals
+//! of the turn. A *ring* is the axes of all tilts within half a cell of one; no axis of it is farther than
+//! that from the circle:
 //!
 //! | limit | at a ring of half width h |
 //! |---|---|
@@ -102,9 +103,9 @@ impl Freedom<'_> {
         vec![[middle - half, middle + half]]
     }
 
-    /// How far the cells of the turn, for each cell of the tilt, are past the rules at the blocks of a stretch: infinite where a cell is not free, minus
-    /// infinite where it is and no rule is in force.
-    /// Cells of turn and tilt outside of `near` are not looked at and count as not free.
+    /// How far the cells of the turn, for each cell of the tilt, are past the rules at the blocks of a
+    /// stretch: infinite where a cell is not free, minus infinite where it is and no rule is in force. Cells
+    /// of turn and tilt outside of `near` are not looked at and count as not free.
     pub(super) fn cells(&self, blocks: Range<usize>, scales: [Scale; 2], near: &[Range<usize>; 2]) -> Vec<Vec<f64>> {
         let [turns, tilts] = scales;
         let parts = self.parts(&blocks);
@@ -131,7 +132,8 @@ impl Freedom<'_> {
         cells
     }
 
-    /// Puts the excess of the rules into free cells, from measures at every third cell each way: what they say is where to look.
+    /// Puts the excess of the rules into free cells, from measures at every third cell each way: what they
+    /// say is where to look.
     fn judge_cells(&self, judge: &Judge, [turns, tilts]: [Scale; 2], cells: &mut [Vec<f64>]) {
         let measured = |turn: usize, tilt: usize| {
             let at = |scale: &Scale, k: usize| scale.edge(k) + 0.5 * scale.step;
@@ -311,7 +313,8 @@ fn motion(reach: f64, [a, b]: &[ToolPose; 2]) -> f64 {
     ((b.tip - a.tip).norm() + (b.axis - a.axis).norm() * reach).max(MEETS)
 }
 
-/// Whether bodies are free between two poses with their clearances, of which no more need be known than the motion between them.
+/// Whether bodies are free between two poses with their clearances, of which no more need be known than the
+/// motion between them.
 fn between(
     region: &dyn FeasibleRegion,
     reach: f64,

@@ -49,7 +49,8 @@ impl Ground {
         Ok(Self { scales, nodes, excess, cut })
     }
 
-    /// About a schedule, in cells of a part of the width of those that it was found in: what is farther from it than two of those is not looked at.
+    /// About a schedule, in cells of a part of the width of those that it was found in: what is farther from
+    /// it than two of those is not looked at.
     pub(super) fn about(work: &RowContext<'_>, freedom: &Freedom<'_>, angles: &[Angles], coarse: [Scale; 2]) -> Self {
         let scales = coarse.map(|s| Scale::new([s.edge(0), s.edge(s.count)], s.step / FINER));
         let nodes = nodes(work, angles.len());

@@ -1,13 +1,15 @@
-//! Two rotary joints as angles of the tool axis: one about a fixed direction of the frame of the run, one that inclines the axis to it.
+//! Two rotary joints as angles of the tool axis: one about a fixed direction of the frame of the run, one
+//! that inclines the axis to it.
 //!
-//! Of two rotary joints the one nearer to the workpiece, the *turn*, moves the tool axis on a circle about a direction of the frame of the run that never
-//! changes; the other, the *tilt*, decides which circle it is:
+//! Of two rotary joints the one nearer to the workpiece, the *turn*, moves the tool axis on a circle about a
+//! direction of the frame of the run that never changes; the other, the *tilt*, decides which circle it is:
 //!
 //! ```text
 //!   V(turn, tilt) = R(pole, turn) V(0, tilt)
 //! ```
 //!
-//! That holds for tables, trunnions, heads and what is between them, at right angles or not. The pole is found from three positions.
+//! That holds for tables, trunnions, heads and what is between them, at right angles or not. The pole is
+//! found from three positions.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,13 +1,15 @@
 //! The smoothest schedule of a row: both rotary joints free, within the room that part and fixtures
 //! leave for the tool.
 //!
-//! A row is a run of blocks along a surface, to one end. Contacts (ball centers), blocks and feeds stay; turn and tilt of the machine are anything that
-//! `freedom.rs` allows.
+//! A row is a run of blocks along a surface, to one end. Contacts (ball centers), blocks and feeds stay; turn
+//! and tilt of the machine are anything that `freedom.rs` allows.
 //!
-//! 1. *Starts* (`starts.rs`): the program before, the published methods for such rows, even turns from end to end. Where ends stay and an even turn is free and
-//!    the fastest of these, nothing else is looked for in space: it is the least of what follows with nothing in the way.
-//! 2. *Globally* (`search.rs`, `cells.rs`): stations along the row, cells of turn and tilt, and the way of least time from end to end by dynamic programming: the
-//!    side of the pole, the branch, and what is gone round; then again in finer cells about what came out.
+//! 1. *Starts* (`starts.rs`): the program before, the published methods for such rows, even turns from end to
+//!    end. Where ends stay and an even turn is free and the fastest of these, nothing else is looked for in
+//!    space: it is the least of what follows with nothing in the way.
+//! 2. *Globally* (`search.rs`, `cells.rs`): stations along the row, cells of turn and tilt, and the way of
+//!    least time from end to end by dynamic programming: the side of the pole, the branch, and what is gone
+//!    round; then again in finer cells about what came out.
 //! 3. *Locally* (`local.rs`): rectangles of free cells round that way, as large as they become; in
 //!    them each joint has the least peak of acceleration over time, then the least jerk. Rectangles
 //!    are grown again round the result, and it is solved again.
@@ -80,7 +82,8 @@ pub enum RowEnds {
 pub struct SmoothRows {
     /// Largest lean of the tool axis from the normal of the surface, radian.
     pub lean_max: f64,
-    /// Largest turn of the tool axis from the program's own, radian. None: 15 degrees, but for ball ends on a surface that is known.
+    /// Largest turn of the tool axis from the program's own, radian. None: 15 degrees, but for ball ends on a
+    /// surface that is known.
     pub turn_max: Option<f64>,
     /// The ends of the row.
     pub ends: RowEnds,

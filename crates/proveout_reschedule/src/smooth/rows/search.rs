@@ -1,4 +1,5 @@
-//! The search of a row through cells: near the tilts of the program, in finer cells about what was found, with the ends of the best start.
+//! The search of a row through cells: near the tilts of the program, in finer cells about what was found,
+//! with the ends of the best start.
 
 use super::cells::{Cell, StationCells};
 use super::freedom::Freedom;
@@ -10,7 +11,8 @@ use super::{KEPT, RescheduleError, RowContext, RowEnds, RowSchedule, SmoothRows,
 
 /// How often rectangles are grown again.
 const ROUNDS: usize = 3;
-/// By how much the rules of a bull-nose are taken narrower, as a part of their limits, in the order in which it is tried: between stations nothing is known.
+/// By how much the rules of a bull-nose are taken narrower, as a part of their limits, in the order in which
+/// it is tried: between stations nothing is known.
 const MARGINS: [f64; 3] = [0.01, 0.025, 0.05];
 
 /// What was planned through cells.
@@ -157,7 +159,8 @@ impl RowContext<'_> {
         some
     }
 
-    /// The way through the cells and the smoothest schedules round it, from an angle to one of some others where the ends are given.
+    /// The way through the cells and the smoothest schedules round it, from an angle to one of some others
+    /// where the ends are given.
     fn planned(
         &self,
         freedom: &Freedom<'_>,

@@ -1,4 +1,5 @@
-//! Schedules that a row may have without any search: what is handed out is never slower for the control than one of these that is free.
+//! Schedules that a row may have without any search: what is handed out is never slower for the control than
+//! one of these that is free.
 
 use super::super::super::{Method, MinAngularAcceleration, Singularity};
 use super::freedom::Freedom;
@@ -13,8 +14,8 @@ pub(super) const EVEN: &str = "smoothest, even";
 const SAME_AXIS: f64 = 1e-6;
 
 impl SmoothRows {
-    /// The program before, what published methods for such rows make of it, and even turns between its ends, as far as the ends keep what they must and every
-    /// block is free.
+    /// The program before, what published methods for such rows make of it, and even turns between its ends,
+    /// as far as the ends keep what they must and every block is free.
     pub(super) fn starts(&self, work: &RowContext<'_>, course: &[Angles], freedom: &Freedom<'_>) -> Vec<RowSchedule> {
         let mut all = vec![("program before", course.to_vec())];
         all.extend(self.published(work, course));

@@ -3,7 +3,8 @@
 use super::file::{DesignFile, VaryFile};
 use crate::{prepare::set_value::SetValue, scene::ChoiceValueFile};
 
-/// The values of all jobs, made when they are asked for: a million jobs take no memory but that of a Latin hypercube's order.
+/// The values of all jobs, made when they are asked for: a million jobs take no memory but that of a Latin
+/// hypercube's order.
 #[derive(Clone, Debug)]
 pub struct Design {
     method: DesignFile,

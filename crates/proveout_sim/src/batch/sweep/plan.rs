@@ -113,9 +113,11 @@ fn choice(values: &[SetValue], folder: &Path) -> Choice {
     choice
 }
 
-/// Writes the plan of a sweep into `out`. Jobs that are planned there already, and have not changed, stay as they are with their results.
+/// Writes the plan of a sweep into `out`. Jobs that are planned there already, and have not changed, stay as
+/// they are with their results.
 ///
-/// Files are looked up once for all jobs that have the same words (names of programs, machines, files): numbers do not choose files.
+/// Files are looked up once for all jobs that have the same words (names of programs, machines, files):
+/// numbers do not choose files.
 ///
 /// # Errors
 /// An input that cannot be read, a scene that refuses its values, a folder that cannot be written.
@@ -148,8 +150,8 @@ pub fn plan(sweep: &Sweep, out: &Path) -> Result<PlanReport, SimError> {
             Some(inputs) => inputs.clone(),
             None => {
                 let read = |values: &[SetValue]| Prepared::read(&scene, &choice(values, &sweep.folder));
-                // A job whose numbers are refused is a result; the files are then those of the scene's own numbers. Of a single run in
-                // shards it is the end.
+                // A job whose numbers are refused is a result; the files are then those of the scene's own
+                // numbers. Of a single run in shards it is the end.
                 let prepared = match read(&values) {
                     Ok(prepared) => prepared,
                     Err(refused) if shards.is_some() => return Err(refused),
@@ -336,8 +338,8 @@ fn of_shard(input: &Listed) -> bool {
     ["motion", "raw stock"].contains(&input.role.as_str())
 }
 
-/// Holds jobs and their inputs against the plan again, when their results are there: a result counts for as long as what it was made of is
-/// there unchanged. Files that many jobs read are measured once.
+/// Holds jobs and their inputs against the plan again, when their results are there: a result counts for as
+/// long as what it was made of is there unchanged. Files that many jobs read are measured once.
 #[derive(Debug)]
 pub struct Recheck<'a> {
     sweep: &'a Path,
@@ -394,7 +396,8 @@ fn check_inputs(
 /// Reads all that a job names, and checks it against what was planned.
 ///
 /// # Errors
-/// What the scene refuses with these values ([`SimError::Input`] and its like: a result), or an input that is not as it was planned.
+/// What the scene refuses with these values ([`SimError::Input`] and its like: a result), or an input that is
+/// not as it was planned.
 pub fn prepare_job(sweep: &Path, job: &Planned) -> Result<Result<Prepared, SimError>, InputError> {
     check_inputs(sweep, job, |_| true, &mut Measured::new())?;
     let prepared = Prepared::read(&sweep.join(&job.scene), &choice(&job.settings(), sweep));

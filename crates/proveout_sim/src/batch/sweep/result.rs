@@ -230,8 +230,8 @@ pub fn write_result(sweep: &Path, result: &JobResult) -> io::Result<()> {
     replace(&job_folder(sweep, result.job).join(RESULT), &text)
 }
 
-/// Holds the verdict that a job keeps against its result; a whole run folder against its manifest too. The cuts of a shard are not looked at:
-/// whoever merges them does it.
+/// Holds the verdict that a job keeps against its result; a whole run folder against its manifest too. The
+/// cuts of a shard are not looked at: whoever merges them does it.
 ///
 /// # Errors
 /// [`ResultFault::Damaged`]: a file that is gone, or not as the job wrote it.

@@ -36,7 +36,8 @@ pub struct CellCertificate {
     pub zero: [f64; 3],
     /// The farthest that the method has turned an axis of the program before.
     pub stray_deg: f64,
-    /// Angle about the axes of the program before that schedules keep to: the same, widened by the rounding of both joints.
+    /// Angle about the axes of the program before that schedules keep to: the same, widened by the rounding
+    /// of both joints.
     pub radius_deg: f64,
     /// Gates that were looked at.
     pub stations: Vec<usize>,
@@ -53,8 +54,8 @@ pub struct CellCertificate {
 }
 
 impl CellCertificate {
-    /// Of schedules with velocity limits that may be passed by a part; `feed` is what the feed proves between two gates. None where there are too many
-    /// cells.
+    /// Of schedules with velocity limits that may be passed by a part; `feed` is what the feed proves between
+    /// two gates. None where there are too many cells.
     pub(super) fn new(angles: &TwoAngles, passed: f64, feed: impl Fn(usize, usize) -> f64) -> Option<Self> {
         let mut pair = angles.pair;
         pair.velocity = pair.velocity.map(|v| v * (1.0 + passed));

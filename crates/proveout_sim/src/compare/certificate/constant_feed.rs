@@ -34,8 +34,8 @@ impl ConstantFeed {
     }
 }
 
-/// Least peaks over blocks of these times (s) in the gates of programmed angles (radian), for all motions and for those that do not turn back where
-/// the program is one, no faster than a velocity (rad/s).
+/// Least peaks over blocks of these times (s) in the gates of programmed angles (radian), for all motions and
+/// for those that do not turn back where the program is one, no faster than a velocity (rad/s).
 pub(super) fn constant_feed(
     joint: &str,
     times: &[f64],

@@ -7,8 +7,8 @@
 //!   f(t) = R_KM(q) (g - p''(t))        p(t) = X_MK(q(t)) p_K       p'' by differences of p at q + v h + a h^2 / 2
 //! ```
 //!
-//! While the table turns, the frame gives forces to what moves in it (Coriolis) that are not followed: a fall in that time is not
-//! decided.
+//! While the table turns, the frame gives forces to what moves in it (Coriolis) that are not followed: a fall
+//! in that time is not decided.
 
 use proveout_controller::Chunk;
 use proveout_geom::{Point, Pose, ToolPose, Vector};
@@ -82,7 +82,8 @@ impl Course {
         self.tool.last().map_or(samples, |(time, _)| time[1].max(samples))
     }
 
-    /// When a part is accelerated by more than `push` against what it `felt` at rest, by the sum of the absolute values along the axes.
+    /// When a part is accelerated by more than `push` against what it `felt` at rest, by the sum of the
+    /// absolute values along the axes.
     pub(super) fn beyond(&self, felt: &Vector, push: f64) -> Option<f64> {
         self.samples.iter().find(|s| (s.acceleration - felt).lp_norm(1) > push).map(|s| s.time)
     }

@@ -1,7 +1,7 @@
 //! Where a part goes that has come off, as far as two assumptions about its contacts agree.
 //!
-//! The part starts at rest in its place when the piece of motion ends that cut it off, and is followed twice: slippery and bouncing,
-//! and rough and dead. Only where both come to the same end is it decided.
+//! The part starts at rest in its place when the piece of motion ends that cut it off, and is followed twice:
+//! slippery and bouncing, and rough and dead. Only where both come to the same end is it decided.
 //!
 //! | end | means |
 //! |---|---|
@@ -26,8 +26,8 @@ use super::{
 /// Standard gravity, mm/s² (third General Conference on Weights and Measures, 1901).
 pub(crate) const STANDARD_GRAVITY: f64 = 9806.65;
 
-/// Oiled and bouncing; dry and dead. Steel on steel is between 0.1 and 0.5 in handbooks, and a hit at these speeds gives back
-/// less than a third of its speed.
+/// Oiled and bouncing; dry and dead. Steel on steel is between 0.1 and 0.5 in handbooks, and a hit at these
+/// speeds gives back less than a third of its speed.
 const ASSUMED: [Touch; 2] = [Touch { friction: 0.1, restitution: 0.3 }, Touch { friction: 0.5, restitution: 0.0 }];
 /// A part that moves by less stays, mm; half a cell where that is more.
 const STAYS_MM: f64 = 0.1;
@@ -38,7 +38,8 @@ const RESTS_MM: f64 = 0.02;
 const RESTS_S: f64 = 0.2;
 /// Longest fall that is followed, s.
 const LONGEST_S: f64 = 3.0;
-/// Deepest penetration of the solver beyond the error of the shape, mm: more means that it does not know where the part is.
+/// Deepest penetration of the solver beyond the error of the shape, mm: more means that it does not know
+/// where the part is.
 const DEEPEST_MM: f64 = 0.3;
 /// The same on the way: a hit is seen a step late, and what is then too deep comes out within some steps.
 const DEEPEST_ON_WAY_MM: f64 = 1.0;

@@ -1,7 +1,8 @@
 //! Parts that a program cuts off the stock, and where they go.
 //!
-//! After every stretch of motion that has cut, the twin looks whether the stock still hangs together. A part that has come off is taken
-//! out, followed as a rigid body from the end of the piece that cut it last (`fall`), and then
+//! After every stretch of motion that has cut, the twin looks whether the stock still hangs together. A part
+//! that has come off is taken out, followed as a rigid body from the end of the piece that cut it last
+//! (`fall`), and then
 //!
 //! * put back where it rests: it stays stock, and later motion of the table is compared with the
 //!   pushes that it withstands;
@@ -62,7 +63,8 @@ const MOST_PARTS: usize = 24;
 /// the cutting of a ray: in a larger stock it waits until as many rays were met as there are columns
 /// beyond these.
 const FREE_COLUMNS: u64 = 50_000;
-/// A part that answers pushes of this much (mm/s²) is clamped: it may be cut. What rests by its weight and friction alone may not.
+/// A part that answers pushes of this much (mm/s²) is clamped: it may be cut. What rests by its weight and
+/// friction alone may not.
 const CLAMPED: f64 = 20_000.0;
 /// Part of its volume that a loose part may lose and still count as not cut: rounding of the sums over its cells.
 const UNCUT: f64 = 1e-6;
@@ -438,8 +440,8 @@ fn within(new: &StockPart, old: &StockPart) -> bool {
     (0..3).all(|c| new.bounds.min[c] >= old.bounds.min[c] - SAME_MM && new.bounds.max[c] <= old.bounds.max[c] + SAME_MM)
 }
 
-/// When a part came off: at the end of the piece that made its last end, as far as it belongs to this stretch; at its begin
-/// otherwise.
+/// When a part came off: at the end of the piece that made its last end, as far as it belongs to this
+/// stretch; at its begin otherwise.
 fn moment(part: &StockPart, chunk: &Chunk, first: u32, states: &[CuttingState]) -> Moment {
     let k = part.last_made_by.and_then(|id| id.checked_sub(first)).map_or(0, |k| k as usize);
     let tool = states.get(k).and_then(|s| s.tool);

@@ -110,8 +110,8 @@ fn rest_of_stock(stock: &TriDexel, part: &Aabb, gravity_in_work: &Vector) -> Tri
     mesh.merge_equal_vertices()
 }
 
-/// Convex bodies of a tool in T. What has just cut touches the part: the tool is smaller by `error`, so that a touch that only
-/// comes from it is none.
+/// Convex bodies of a tool in T. What has just cut touches the part: the tool is smaller by `error`, so that
+/// a touch that only comes from it is none.
 fn tool_bodies(tool: &Tool, error: f64) -> Vec<Vec<Point>> {
     let body = |b: &proveout_tool::Body| {
         let lift = if b.role == Role::Cutting { error } else { 0.0 };

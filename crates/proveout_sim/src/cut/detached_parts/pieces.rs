@@ -1,7 +1,8 @@
 //! A body in convex pieces, with the error of its shape.
 //!
-//! The hull of a convex body is the body. A body that is not convex is cut at the vertex that lies deepest below the hull, along the
-//! axis that leaves the least volume in the hulls of both sides, until no vertex lies deeper than the tolerance:
+//! The hull of a convex body is the body. A body that is not convex is cut at the vertex that lies deepest
+//! below the hull, along the axis that leaves the least volume in the hulls of both sides, until no vertex
+//! lies deeper than the tolerance:
 //!
 //! ```text
 //!     .________           .________             .___

@@ -1,7 +1,7 @@
 //! A loose part among bodies at rest and a moving tool, in Rapier. No other file knows Rapier.
 //!
-//! All is in the table frame K. Lengths are in m inside, with `length_unit` set to the size of such parts: the tolerances of the library
-//! are made for bodies of a meter.
+//! All is in the table frame K. Lengths are in m inside, with `length_unit` set to the size of such parts:
+//! the tolerances of the library are made for bodies of a meter.
 //!
 //! Things to know about the library (0.36.1), each checked by a test: integration is of first
 //! order, so that a step is 0.5 ms in four substeps (a fall of 0.3 s is then 0.2 mm off in its
@@ -83,8 +83,8 @@ pub(super) struct World {
 }
 
 impl World {
-    /// The part at rest where it was found. `tool` are the convex bodies of the tool in its tip frame T; none where nothing is in
-    /// the spindle. None where a piece has no volume or a mesh no triangles.
+    /// The part at rest where it was found. `tool` are the convex bodies of the tool in its tip frame T; none
+    /// where nothing is in the spindle. None where a piece has no volume or a mesh no triangles.
     pub(super) fn new(
         body: &Body,
         standing: &[Standing],

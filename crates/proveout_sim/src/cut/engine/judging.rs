@@ -162,7 +162,8 @@ impl Engine<'_> {
         self.prepared.scene.file.fixture.iter().any(own)
     }
 
-    /// Whether two bodies meet by the program alone: one of them is fixed to the workpiece, the other goes with the tool. No mounting changes that.
+    /// Whether two bodies meet by the program alone: one of them is fixed to the workpiece, the other goes
+    /// with the tool. No mounting changes that.
     fn is_of_program(&self, bodies: &[String; 2]) -> bool {
         let machine = &self.prepared.machine;
         let with_tool = |body: &str| {

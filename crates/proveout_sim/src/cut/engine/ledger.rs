@@ -1,8 +1,9 @@
 //! The material of a run: what was there, what was cut and what fell off add up to what is left.
 //!
-//! Sweeps report a volume of their own, which is counted by whole cells across the rays ([`proveout_stock::SweepReport`]). It says which cut took more than
-//! another, not how much. How much a stretch of the run took is what the stock has less after it ([`proveout_stock::Volume`]); its cuts share that in
-//! proportion to what they report. So verdict, blocks and tools have one sum.
+//! Sweeps report a volume of their own, which is counted by whole cells across the rays
+//! ([`proveout_stock::SweepReport`]). It says which cut took more than another, not how much. How much a
+//! stretch of the run took is what the stock has less after it ([`proveout_stock::Volume`]); its cuts share
+//! that in proportion to what they report. So verdict, blocks and tools have one sum.
 
 use proveout_stock::{TriDexel, Volume};
 

@@ -108,8 +108,8 @@ pub(super) const CHOSEN_MOUNT: &str = "; the place of the part on the table is c
 pub(super) const BETWEEN: &str =
     "; no ray of the stock passes through it: found from the shape of the raw stock and the cuts";
 
-/// Where a tool meets what is fixed to the workpiece, in words: a place of the program, which no mounting changes. `lowest`: lower face of the raw stock,
-/// workpiece frame, mm.
+/// Where a tool meets what is fixed to the workpiece, in words: a place of the program, which no mounting
+/// changes. `lowest`: lower face of the raw stock, workpiece frame, mm.
 pub(super) fn place_of_hit(point_in_work: &Point, lowest: f64) -> String {
     let [x, y, z] = [point_in_work.x, point_in_work.y, point_in_work.z].map(|v| v + 0.0);
     let below = lowest - z;

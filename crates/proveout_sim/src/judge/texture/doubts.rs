@@ -79,7 +79,8 @@ impl Work<'_> {
     }
 }
 
-/// What the tools state: from the least of one to the most of one; a tool that states nothing adds nothing, and is named.
+/// What the tools state: from the least of one to the most of one; a tool that states nothing adds nothing,
+/// and is named.
 pub(super) fn residual<'t>(tools: impl Iterator<Item = &'t Tool>) -> ResidualUsed {
     let mut all: Option<ResidualUsed> = None;
     for tool in tools {

@@ -463,7 +463,8 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
 }
 
-/// An angle from 0 to a whole turn, the same for the same seed, tool and repetition (`SplitMix64`: Steele, Lea, Flood 2014).
+/// An angle from 0 to a whole turn, the same for the same seed, tool and repetition (`SplitMix64`: Steele,
+/// Lea, Flood 2014).
 fn random_angle(seed: u32, tool: u64, repeat: u32) -> f64 {
     let mut z = (u64::from(seed) << 32 ^ u64::from(repeat) << 8 ^ tool).wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

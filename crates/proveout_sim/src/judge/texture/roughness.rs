@@ -1,8 +1,9 @@
 //! What the places say of `ra_um` and `rz_um`, and the summary of all of them.
 //!
-//! A profile has Ra between two bounds: the smallest and largest over the spindle phases, less and more by what the design's own error can do
-//! (twice its size: each height is off by it at most, and so is the mean line), and more by the residual that the tools state. It passes when the
-//! upper bound keeps the tolerance, fails when the lower one does not, and is not decided between. An envelope has no teeth: it may fail, and
+//! A profile has Ra between two bounds: the smallest and largest over the spindle phases, less and more by
+//! what the design's own error can do (twice its size: each height is off by it at most, and so is the mean
+//! line), and more by the residual that the tools state. It passes when the upper bound keeps the tolerance,
+//! fails when the lower one does not, and is not decided between. An envelope has no teeth: it may fail, and
 //! passes only where its tools state what the rest adds, with the marks of teeth on top (`toothless`).
 
 use super::toothless::{PARABOLA_RA, missing};

@@ -1,7 +1,7 @@
 //! What an envelope leaves out: a cutter without teeth leaves no marks along its path.
 //!
-//! The envelope is the least height that the motion can leave: it may miss a tolerance. It keeps one only with what its tools state of the
-//! rest (`[tool.residual]`), and with the marks of the teeth on top:
+//! The envelope is the least height that the motion can leave: it may miss a tolerance. It keeps one only
+//! with what its tools state of the rest (`[tool.residual]`), and with the marks of the teeth on top:
 //!
 //! ```text
 //!   h = f^2 / 8 r      f: way in one turn of the spindle (with run-out one tooth may cut alone)

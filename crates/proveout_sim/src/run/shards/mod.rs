@@ -14,9 +14,10 @@
 //! the stock, of which the shards do not know. Motion is planned twice in all, however many shards
 //! there are.
 //!
-//! Rows of tiles of the stock and of its patches go to the shards by load: the heaviest first, to whoever has least, where the load of
-//! a tile is the number of sweeps that come to it before anything is cut ([`proveout_stock::TriDexel::share_rows`]). A shard needs motion and its
-//! own stock alone: no scene, no machine, no mesh.
+//! Rows of tiles of the stock and of its patches go to the shards by load: the heaviest first, to whoever has
+//! least, where the load of a tile is the number of sweeps that come to it before anything is cut
+//! ([`proveout_stock::TriDexel::share_rows`]). A shard needs motion and its own stock alone: no scene, no
+//! machine, no mesh.
 //!
 //! *Limits.* Collision, judgement and the surface are not split, and plan and merge hold the whole stock.
 

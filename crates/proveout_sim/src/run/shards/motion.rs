@@ -1,4 +1,5 @@
-//! `motion.bin` and the raw stock of each shard: what a run asks of its stock. A shard needs nothing else, neither scene nor machine.
+//! `motion.bin` and the raw stock of each shard: what a run asks of its stock. A shard needs nothing else,
+//! neither scene nor machine.
 //!
 //! ```text
 //!   motion.bin   PROVEOUT-MOTION 1\n, 1 where engagement is watched, tools (4), and for each tool four lists of bodies:
@@ -65,7 +66,8 @@ pub struct MotionPlan {
     pub loads: [u64; 2],
 }
 
-/// Plans the motion of a run and shares the tiles of its stock out: the motion into `folder`, raw stock into that of each job.
+/// Plans the motion of a run and shares the tiles of its stock out: the motion into `folder`, raw stock into
+/// that of each job.
 ///
 /// # Errors
 /// [`SimError`] when program, control or stock refuse, or a file cannot be written.

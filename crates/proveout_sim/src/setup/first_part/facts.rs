@@ -503,7 +503,8 @@ fn last_letter(text: &str, letter: char) -> Option<f64> {
 
 /// `WORKPIECE(,"",,"BOX",MODE,Z0,Z1,ZB,X0,Y0,X1,Y1)`, `"CYLINDER",MODE,Z0,Z1,ZB,D`.
 ///
-/// In MODE bit 4 and 5 say that X1 and Y1 are coordinates (else lengths from X0, Y0), bit 6 that Z1 is one (else a length from Z0).
+/// In MODE bit 4 and 5 say that X1 and Y1 are coordinates (else lengths from X0, Y0), bit 6 that Z1 is one
+/// (else a length from Z0).
 fn workpiece(upper: &str, unit: f64) -> Option<Stock> {
     let at = upper.find("WORKPIECE(")?;
     let inside = upper[at + "WORKPIECE(".len()..].split(')').next()?;

@@ -112,7 +112,8 @@ fn of_zero(zero: &OwnZero) -> Vec<MachineMove> {
     "XYZ".chars().zip(zero.base).map(at).collect()
 }
 
-/// The other end of a travel, from which positions `own` of the machine fit; none where the home is published or lies at no end.
+/// The other end of a travel, from which positions `own` of the machine fit; none where the home is published
+/// or lies at no end.
 fn other_end(machine: &Machine, index: usize, own: impl Iterator<Item = f64>) -> Option<f64> {
     let joint = &machine.joints[index];
     let key = format!("joint.{}.home_mm", joint.name);

@@ -1,4 +1,5 @@
-//! Questions that no text answers, and their answers: from a file, from options, or from whoever sits at the terminal. Nothing is taken silently.
+//! Questions that no text answers, and their answers: from a file, from options, or from whoever sits at the
+//! terminal. Nothing is taken silently.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -80,8 +81,8 @@ impl<'a, 'b> Interview<'a, 'b> {
         Some(answer)
     }
 
-    /// Answers for several things of one kind: one question for all of them, `G55: 0,120,0; G56: 0,240,0`. `wanted` are their names with what is
-    /// proposed for each; none where the question stays open.
+    /// Answers for several things of one kind: one question for all of them, `G55: 0,120,0; G56: 0,240,0`.
+    /// `wanted` are their names with what is proposed for each; none where the question stays open.
     ///
     /// # Errors
     /// What is wrong with the answer: a name that nothing asks for, is there twice or is missing.
@@ -219,8 +220,9 @@ pub fn holder(text: &str) -> Option<Option<PlainHolder>> {
     Some(Some(PlainHolder { diameter: positive(diameter)?, length: positive(length)? }))
 }
 
-/// A tool in words: `flat D10 L25`, `bull_nose D12 R1`, `drill D8.5 A118`, with D diameter, R corner radius, A point angle, L length of the
-/// flutes, G length to the gauge line, `inch` at its end for inches. None where it is none.
+/// A tool in words: `flat D10 L25`, `bull_nose D12 R1`, `drill D8.5 A118`, with D diameter, R corner radius,
+/// A point angle, L length of the flutes, G length to the gauge line, `inch` at its end for inches. None
+/// where it is none.
 pub(crate) fn tool(text: &str, number: u32) -> Option<proveout_tool::ToolDraft> {
     let (text, mm) = unit(text);
     let mut words = text.split_whitespace();

@@ -8,7 +8,8 @@
 //! Nothing is written here: [`Proposal::write`] does, into a folder that does not exist yet, moved
 //! into its place when it is whole.
 //!
-//! The frame of the workpiece is that of the first work offset that the program uses: its zero is the zero of the program.
+//! The frame of the workpiece is that of the first work offset that the program uses: its zero is the zero of
+//! the program.
 
 mod control_words;
 mod facts;
@@ -197,7 +198,8 @@ pub(crate) struct Design {
 
 /// Characters of a text that are read.
 const LOOKED_AT: usize = 1 << 16;
-/// Share of control characters above which a file is no text: a picture or an archive has a fifth, a text in any code page hardly one.
+/// Share of control characters above which a file is no text: a picture or an archive has a fifth, a text in
+/// any code page hardly one.
 const CONTROLS: f64 = 0.05;
 
 /// Whether a file that reads as a text looks like a picture, an archive or another binary file.
@@ -215,7 +217,8 @@ pub fn looks_binary(text: &ProgramText) -> bool {
 /// Makes a scene for programs on a machine; `ask` is called for what neither text nor answers give.
 ///
 /// # Errors
-/// [`FirstPartError`]: what is wrong with a file of the call, with all faults of a program's text; all questions that stay open.
+/// [`FirstPartError`]: what is wrong with a file of the call, with all faults of a program's text; all
+/// questions that stay open.
 pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPartError> {
     if call.output.symlink_metadata().is_ok() {
         let message = format!("{} is there already", call.output.display());

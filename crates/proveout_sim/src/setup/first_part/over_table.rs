@@ -13,7 +13,8 @@
 //!   ====================     table
 //! ```
 //!
-//! The mounting is lifted by what the lowest point lacks. It is a proposal, for places at the ends of motions: the run checks every pair of bodies.
+//! The mounting is lifted by what the lowest point lacks. It is a proposal, for places at the ends of
+//! motions: the run checks every pair of bodies.
 
 use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;

@@ -68,7 +68,8 @@ pub(crate) struct Swept<'a> {
 /// Length of a drill's point of 118 degrees over the radius.
 const DRILL_POINT: f64 = 0.6;
 
-/// The stock of a part whose design is known: the box of the design, and above it what tools face off. `own` is that box, mm.
+/// The stock of a part whose design is known: the box of the design, and above it what tools face off. `own`
+/// is that box, mm.
 pub(crate) fn stock_of_design(own: &Aabb, tools: &[Swept<'_>]) -> (Aabb, String) {
     let mut stock = *own;
     let over = |t: &&Swept<'_>| {
@@ -105,7 +106,8 @@ pub(crate) fn propose_stock(tools: &[Swept<'_>]) -> Option<(Aabb, String)> {
         return None;
     }
     let lowest = all.min.z;
-    // Where tools only go down, they begin in air: the zero is the top where it lies between, else the material begins below.
+    // Where tools only go down, they begin in air: the zero is the top where it lies between, else the
+    // material begins below.
     let begin = tools.iter().filter(|t| !sideways && !t.feed.is_empty()).map(|t| t.feed.max.z).reduce(f64::min);
     // A ramp begins in air: where all that is level is below the zero, the zero is the top.
     let level = tools.iter().filter_map(|t| t.level).reduce(f64::max);
@@ -242,8 +244,8 @@ pub(crate) fn propose_mount(machine: &Machine, stock: &Aabb, reaches: &[Reach]) 
     }
 }
 
-/// Where the tilting axes of the table that a program turns meet the middle of the table: posts without tool center point control count from
-/// there. None where none of them tilts it.
+/// Where the tilting axes of the table that a program turns meet the middle of the table: posts without tool
+/// center point control count from there. None where none of them tilts it.
 pub(crate) fn pivot(machine: &Machine, turned: &[char]) -> Option<Point> {
     let (point, normal) = (machine.table.point, machine.table.normal);
     let tilting = |&j: &usize| {
@@ -260,8 +262,9 @@ pub(crate) fn pivot(machine: &Machine, turned: &[char]) -> Option<Point> {
     Some(at.map(to_micrometers))
 }
 
-/// The mounting that brings the axis of a bar into that of a rotary axis of the table that the program turns and that lies along it, with
-/// its end in the plane of the table's middle; none where no such axis is there. `base` is the middle of its end face.
+/// The mounting that brings the axis of a bar into that of a rotary axis of the table that the program turns
+/// and that lies along it, with its end in the plane of the table's middle; none where no such axis is there.
+/// `base` is the middle of its end face.
 pub(crate) fn about_its_axis(machine: &Machine, turned: &[char], base: [f64; 3], along: usize) -> Option<Point> {
     let joint = machine.work_chain.iter().map(|j| (*j, &machine.joints[*j])).find(|(j, joint)| {
         let named = turned.iter().any(|l| machine.joint_for_letter(*l) == Some(*j));
@@ -273,8 +276,9 @@ pub(crate) fn about_its_axis(machine: &Machine, turned: &[char], base: [f64; 3],
     Some(at.map(to_micrometers))
 }
 
-/// A mounting that was chosen, moved along X, Y and Z (those of `axes`) so that every position of the programs lies in the travel, where the
-/// travel is long enough and all of it follows the mounting; else as it is.
+/// A mounting that was chosen, moved along X, Y and Z (those of `axes`) so that every position of the
+/// programs lies in the travel, where the travel is long enough and all of it follows the mounting; else as
+/// it is.
 pub(crate) fn in_travel(
     machine: &Machine,
     mount: Reasoned<Vector>,
@@ -330,7 +334,8 @@ pub(crate) fn range_of_z(machine: &Machine, readings: &[Reading]) -> Option<[f64
 
 /// How much a mount is lifted beyond what it needs, mm.
 const ROOM_MM: f64 = 5.0;
-/// Room for the motion between the ends that are followed, mm: a turn of some degrees far from the pivot asks for a millimeter or two.
+/// Room for the motion between the ends that are followed, mm: a turn of some degrees far from the pivot asks
+/// for a millimeter or two.
 const BETWEEN_MM: f64 = 5.0;
 /// Most times that a mount is shifted: on a table that tilts Z does not follow it in full.
 const MOST_SHIFTS: usize = 4;
@@ -416,7 +421,8 @@ const MISTAKEN: [(f64, &str); 4] = [
     (1.0 / 25.4, "25.4 times too large, converted from inches once too often"),
 ];
 
-/// What the numbers of a design look like that is too small or too large for the room of its cuts; none where no usual mistake explains it.
+/// What the numbers of a design look like that is too small or too large for the room of its cuts; none where
+/// no usual mistake explains it.
 pub(crate) fn mistaken(design: &Aabb, room: &Aabb) -> Option<&'static str> {
     MISTAKEN.iter().find_map(|(factor, what)| {
         let scaled = Aabb { min: design.min * *factor, max: design.max * *factor };

@@ -1,4 +1,5 @@
-//! Stock and design of a first part: what call and text say, what is proposed, and whether they have to do with each other.
+//! Stock and design of a first part: what call and text say, what is proposed, and whether they have to do
+//! with each other.
 
 use std::{
     fs::File,

@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::{Plan, StockForm, Tools};
 
-/// A scene as it is proposed. Lengths are mm; the stock lies in the frame of the workpiece, the mount in that of the table.
+/// A scene as it is proposed. Lengths are mm; the stock lies in the frame of the workpiece, the mount in that
+/// of the table.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Summary {
     /// Programs with the language that each was read in.

@@ -85,7 +85,8 @@ impl Tools {
     }
 }
 
-/// Tools that the programs call, from a library, the text, or answers; a tool of which a question stays open is left out, and an open holder is none.
+/// Tools that the programs call, from a library, the text, or answers; a tool of which a question stays open
+/// is left out, and an open holder is none.
 pub(super) fn tools(
     call: &FirstPart,
     readings: &[Reading],

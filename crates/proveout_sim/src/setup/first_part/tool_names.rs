@@ -161,7 +161,8 @@ fn without(text: &str, mut cuts: Vec<(usize, usize)>) -> String {
     rest
 }
 
-/// The tool that a comment describes, which names it: `rest` is the comment without the name. Where that has no size, the name may have it.
+/// The tool that a comment describes, which names it: `rest` is the comment without the name. Where that has
+/// no size, the name may have it.
 pub(super) fn described(name: &str, comment: &str, rest: &str, unit: f64, line: usize) -> Option<ToolDraft> {
     let of_rest = tool_words::of_comment(rest, unit, line).map(|(_, draft)| draft);
     let of_rest = of_rest.or_else(|| tool_words::of_comment(&format!("T1 {rest}"), unit, line).map(|(_, draft)| draft));

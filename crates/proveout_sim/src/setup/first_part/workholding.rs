@@ -1,5 +1,6 @@
-//! What holds the part, as whoever makes the scene says it: a fixture by its size, or none with a reason. Nothing is proposed: without an answer the
-//! scene says nothing of it, and its runs leave `collision` and `near_miss` unchecked.
+//! What holds the part, as whoever makes the scene says it: a fixture by its size, or none with a reason.
+//! Nothing is proposed: without an answer the scene says nothing of it, and its runs leave `collision` and
+//! `near_miss` unchecked.
 
 use proveout_geom::Aabb;
 use proveout_tool::{plain_number as n, quoted};

@@ -49,7 +49,8 @@ pub(super) fn offsets(
             words.push((word, None));
         }
     }
-    // What is called, or in force from the start, and never moved in: a retract in machine coordinates is read in it and counts from home.
+    // What is called, or in force from the start, and never moved in: a retract in machine coordinates is
+    // read in it and counts from home.
     let moved_in = |word: &str| readings.iter().any(|r| r.moved_in.contains(word));
     let idle: Vec<&str> = words.iter().map(|(word, _)| *word).filter(|w| *w != "PRESET0" && !moved_in(w)).collect();
     if idle.len() < words.len() {

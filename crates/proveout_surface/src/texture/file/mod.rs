@@ -6,11 +6,13 @@
 //! | SDF | ISO 25178-71:2017, text and binary, `ISO-1.0` and `ISO-2.0`; the text of the softgauges of NPL (`aNPL-V1.0`) | profiles and maps | `ISO-1.0`, both |
 //! | X3P | ISO 25178-72:2017 with its amendment of 2020 | profiles and maps at equal steps, all data types, both checksums | doubles |
 //!
-//! Lengths in the files are meters or carry their unit; in here they are mm. What a file says is taken at its word and checked:
-//! counts, steps, checksums, heights that are missing. Evaluations want complete lattices, so a missing height is refused with its
-//! place; fill it in where it was measured, by a rule that you choose and know.
+//! Lengths in the files are meters or carry their unit; in here they are mm. What a file says is taken at its
+//! word and checked: counts, steps, checksums, heights that are missing. Evaluations want complete lattices,
+//! so a missing height is refused with its place; fill it in where it was measured, by a rule that you choose
+//! and know.
 //!
-//! What is refused by name: compressed SDF, axes of absolute places in place of equal steps, clouds of points, several layers, encrypted archives.
+//! What is refused by name: compressed SDF, axes of absolute places in place of equal steps, clouds of
+//! points, several layers, encrypted archives.
 
 mod md5;
 mod sdf;

@@ -1,5 +1,5 @@
-//! As much of XML as X3P writes: elements, text, CDATA, remarks, the five entities and characters by number. Attributes and prefixes are
-//! passed over; document types are refused.
+//! As much of XML as X3P writes: elements, text, CDATA, remarks, the five entities and characters by number.
+//! Attributes and prefixes are passed over; document types are refused.
 
 use super::FileFault;
 

@@ -6,7 +6,8 @@ use crate::texture::{
     gaussian_mean_of_map, lay, spacing,
 };
 
-/// A map wants this many points within a cut-off at least. Chosen: the Gaussian filter is then off its equation by less than 1e-6.
+/// A map wants this many points within a cut-off at least. Chosen: the Gaussian filter is then off its
+/// equation by less than 1e-6.
 const POINTS_IN_CUTOFF: f64 = 8.0;
 
 /// Parameters of an area.
@@ -235,9 +236,9 @@ fn filter(map: &HeightMap, class: SettingClass) -> Result<HeightMap, Unchecked> 
     Ok(smooth.minus(&gaussian_mean_of_map(&smooth, cutoff)))
 }
 
-/// Pitch across the lay, mm: the median `RSm` of the lines along that direction of the map which crosses the marks more squarely, times the
-/// sine of its angle to them. Where most lines have heights and no element, the pitch is at least half of their length: that, if it
-/// lies beyond the cut-off.
+/// Pitch across the lay, mm: the median `RSm` of the lines along that direction of the map which crosses the
+/// marks more squarely, times the sine of its angle to them. Where most lines have heights and no element,
+/// the pitch is at least half of their length: that, if it lies beyond the cut-off.
 fn across(map: &HeightMap, lay_deg: Option<f64>, cutoff: f64) -> Option<f64> {
     let (sin, cos) = lay_deg?.to_radians().sin_cos();
     let along_x = sin.abs() >= cos.abs();

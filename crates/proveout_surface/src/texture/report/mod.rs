@@ -30,8 +30,9 @@
 //! | `spacing-too-fine` | points so close that the filter would take minutes |
 //! | `cutoff-beyond-patch` | the L-filter of a map is longer than the map |
 //!
-//! The pitch is the larger one of what the caller knows ([`Asked::pitch`], such as the step of the program) and of `RSm` of the filtered profile:
-//! a long wave under fine marks is waviness and belongs to the filter, marks beyond the cut-off do not.
+//! The pitch is the larger one of what the caller knows ([`Asked::pitch`], such as the step of the program)
+//! and of `RSm` of the filtered profile: a long wave under fine marks is waviness and belongs to the filter,
+//! marks beyond the cut-off do not.
 
 mod areal;
 mod profile;
@@ -56,7 +57,8 @@ const AREAL_STANDARD: &str = "ISO 25178-2:2021";
 const REGRESSION: &str = "ISO 16610-28:2016, regression of order zero";
 /// Ends of the filters where data go on.
 const DATA_BEYOND: &str = "one cut-off of data beyond each end";
-/// A measured pitch counts as beyond the cut-off from this share above it: `RSm` is a mean over few elements whose ends the filter moves.
+/// A measured pitch counts as beyond the cut-off from this share above it: `RSm` is a mean over few elements
+/// whose ends the filter moves.
 const PITCH_SLACK: f64 = 0.005;
 
 /// How the form is removed before anything is filtered (F-operation).
@@ -96,7 +98,8 @@ impl Form {
 pub struct Asked {
     /// Which definitions of profile parameters.
     pub standard: Standard,
-    /// Setting class to begin with; its cut-off is that of maps, too. Sc3 is that of most milled surfaces (ISO 21920-3).
+    /// Setting class to begin with; its cut-off is that of maps, too. Sc3 is that of most milled surfaces
+    /// (ISO 21920-3).
     pub class: SettingClass,
     /// How the form is removed.
     pub form: Form,

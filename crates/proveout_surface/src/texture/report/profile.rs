@@ -5,8 +5,8 @@ use crate::texture::{
     DECIMALS, Profile, ProfileEvaluation, ProfileParameters, SettingClass, UM_PER_MM, profile::ProfileEnds, spacing,
 };
 
-/// Points closer than this share of the largest spacing of the class are not filtered: the work grows with the square of their number
-/// (some 10^10 products at this limit).
+/// Points closer than this share of the largest spacing of the class are not filtered: the work grows with
+/// the square of their number (some 10^10 products at this limit).
 const FINEST: f64 = 0.05;
 
 /// Parameters of a profile.
@@ -149,7 +149,8 @@ impl ProfileReport {
             };
             let rsm = evaluated.filtered.rsm;
             let limit = class.lambda_c() * (1.0 + PITCH_SLACK);
-            // Less than one element, though there are heights: at least half of the evaluation length between crossings.
+            // Less than one element, though there are heights: at least half of the evaluation length between
+            // crossings.
             let unmeasured = rsm.is_none() && evaluated.filtered.rt > spacing::FLAT;
             if !unmeasured && rsm.is_none_or(|p| p <= limit) {
                 pitch = pitch.into_iter().chain(rsm).reduce(f64::max);

@@ -11,7 +11,8 @@
 //!           1 ----------> 2               and over to the next one
 //! ```
 //!
-//! Courses after HEIDENHAIN, *iTNC 530 Cycle programming* (670388), "Multipass milling: cycle 230", "Ruled surface: cycle 231".
+//! Courses after HEIDENHAIN, *iTNC 530 Cycle programming* (670388), "Multipass milling: cycle 230", "Ruled
+//! surface: cycle 231".
 
 use crate::Feed;
 use crate::channel::milling::Mills;

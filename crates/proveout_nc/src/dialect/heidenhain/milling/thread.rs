@@ -96,7 +96,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// At the front: down to Q358, off the middle by Q359 on a half circle, once around, and back. Nothing where Q358 is zero.
+    /// At the front: down to Q358, off the middle by Q359 on a half circle, once around, and back. Nothing
+    /// where Q358 is zero.
     fn countersink(&mut self, helix: Helix, v: &Values, key: u32, surface: f64) -> Result<(), Fault> {
         let span = v.span;
         let depth = v.value(358)?;

@@ -82,8 +82,8 @@ impl Language for Siemens {
         channel.passes.moved();
     }
 
-    /// F counts the axes of the path, and the others arrive at the same time (*Fundamentals*, "Feedrate"); which axes those are without
-    /// FGROUP is machine data (MD22420).
+    /// F counts the axes of the path, and the others arrive at the same time (*Fundamentals*, "Feedrate");
+    /// which axes those are without FGROUP is machine data (MD22420).
     fn mixed_feed(_channel: &Interpreter) -> UsualFeed {
         UsualFeed::Usual(MixedFeed::Linear)
     }
