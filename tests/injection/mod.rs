@@ -3,13 +3,14 @@
 //! What must hold, for every case of [`families`] and at any size of the cells:
 //!
 //! - no gate that is responsible says `pass` where there is a fault;
-//! - with cells of a fifth of the fault or finer it says `fail` (a refusal of the scene is no verdict, so that is allowed
-//!   only for coarser cells);
-//! - a clean twin never says `fail`, and at least 95 percent of the gates of clean twins are decided at the default cell.
+//! - with cells of a fifth of the fault or finer it says `fail` (a refusal of the scene is no verdict, so
+//!   that is allowed only for coarser cells);
+//! - a clean twin never says `fail`, and at least 95 percent of the gates of clean twins are decided at the
+//!   default cell.
 //!
-//! `cargo test -p proveout_tests --test prove_outs injection::` runs a hundredth of the cases, 48 of them; all of them run with
-//! `PROVEOUT_INJECTIONS=4800 cargo test -p proveout_tests --test prove_outs injection:: -- --nocapture`. `PROVEOUT_INJECTION=N` runs one
-//! case alone and prints what its gates say.
+//! `cargo test -p proveout_tests --test prove_outs injection::` runs a hundredth of the cases, 48 of them;
+//! all of them run with `PROVEOUT_INJECTIONS=4800 cargo test -p proveout_tests --test prove_outs injection::
+//! -- --nocapture`. `PROVEOUT_INJECTION=N` runs one case alone and prints what its gates say.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a failed test says why; the table is for people")]
 
 mod families;

@@ -1,4 +1,5 @@
-//! Closed meshes of blocks with slots, holes, ribs and cavities (a grid of boxes, some of them empty), and of convex bars.
+//! Closed meshes of blocks with slots, holes, ribs and cavities (a grid of boxes, some of them empty), and of
+//! convex bars.
 
 use std::collections::BTreeMap;
 

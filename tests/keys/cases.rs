@@ -4,7 +4,8 @@ use toml::{Table, Value};
 
 use crate::keys::setups::{Files, Setup};
 
-/// A key, where it acts, and what is changed: file, path in it, and the new value as TOML; an empty value takes the key out.
+/// A key, where it acts, and what is changed: file, path in it, and the new value as TOML; an empty value
+/// takes the key out.
 #[derive(Debug)]
 pub(crate) struct Case {
     pub(crate) key: &'static str,

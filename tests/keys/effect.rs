@@ -1,5 +1,5 @@
-//! What is left of a setup: verdict, motion, blocks, stock, made texts, comparison. Digests of the files are not: they change with
-//! every byte.
+//! What is left of a setup: verdict, motion, blocks, stock, made texts, comparison. Digests of the files are
+//! not: they change with every byte.
 
 use std::{
     collections::BTreeMap,

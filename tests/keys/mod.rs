@@ -1,8 +1,10 @@
-//! Accepted means used: every key of the schemas of scene, machine and tools changes a verdict, a run, a motion or what is made
-//! of them, or is refused. The list of keys comes from the schemas, so that none can be forgotten.
+//! Accepted means used: every key of the schemas of scene, machine and tools changes a verdict, a run, a
+//! motion or what is made of them, or is refused. The list of keys comes from the schemas, so that none can
+//! be forgotten.
 //!
-//! A case names a key, the setup in which it acts, and a change of its value. The setup is run as it is and with the change; the
-//! two must not leave the same. Keys that only describe are listed with the reason why nothing else is to be expected of them.
+//! A case names a key, the setup in which it acts, and a change of its value. The setup is run as it is and
+//! with the change; the two must not leave the same. Keys that only describe are listed with the reason why
+//! nothing else is to be expected of them.
 
 #![allow(clippy::print_stdout, reason = "a failed test lists every key at once")]
 

@@ -185,8 +185,8 @@ pub(crate) enum Setup {
     /// A ramp with a tool that has no edges at its center, with and without its steepest ramp.
     Hollow,
     HollowUnstated,
-    /// Patches, a grid and profiles on a plane that a ball cuts in rows: by its envelope; by its teeth with random phases, and with a
-    /// given one; by round inserts.
+    /// Patches, a grid and profiles on a plane that a ball cuts in rows: by its envelope; by its teeth with
+    /// random phases, and with a given one; by round inserts.
     Surface,
     SurfaceTeeth,
     SurfacePhase,

@@ -28,7 +28,8 @@ const DYNAMICS: [DynamicsFile; 3] = [DynamicsFile::Ideal, DynamicsFile::Planned,
 
 #[test]
 fn the_cut_moves_by_the_stated_errors_with_any_dynamics() {
-    // Spindle 0.5 mm up; X and Y zero off by 40 and -30 micrometers: both carry the table, which moves the tool the other way.
+    // Spindle 0.5 mm up; X and Y zero off by 40 and -30 micrometers: both carry the table, which moves the
+    // tool the other way.
     let errors = "\n[errors.constant]\nEZ0S_um = 500\nEX0X_um = 40\nEY0Y_um = -30\n[errors.chosen]\n\"*\" = \"test\"\n";
     for dynamics in DYNAMICS {
         let plain = measured(&bench("").run(dynamics).expect("runs"));
@@ -51,7 +52,8 @@ fn the_cut_moves_by_the_stated_errors_with_any_dynamics() {
 /// Straightness of X against its position, with kinks: the floor of a slot follows it, between the places as well.
 #[test]
 fn a_slot_follows_the_table_of_errors_of_its_slide() {
-    // EZX: the table is lower by 20, 0, 60 micrometers at X = 10, 25, 45, so that the tool stands that much higher over it.
+    // EZX: the table is lower by 20, 0, 60 micrometers at X = 10, 25, 45, so that the tool stands that much
+    // higher over it.
     let errors = "\n[[errors.table]]\njoint = \"X\"\nat_mm = [10, 25, 45]\n[errors.table.values]\nEZX_um = [-20, 0, -60]\n\
                   [errors.chosen]\n\"*\" = \"test\"\n";
     let probe = |x: f64| {
@@ -59,8 +61,8 @@ fn a_slot_follows_the_table_of_errors_of_its_slide() {
             "[[inspect]]\nname = \"{x}\"\nfrom_mm = [{x}, 10.125, 5]\ndirection = \"-z\"\nnominal_mm = -3\ntolerance_mm = 1\n"
         )
     };
-    // The lowest of the cutter counts, and its face is flat: the floor at x is the lowest that the tip has been within the
-    // radius of x, so that small cutters follow best.
+    // The lowest of the cutter counts, and its face is flat: the floor at x is the lowest that the tip has
+    // been within the radius of x, so that small cutters follow best.
     let places = [12.125, 17.125, 30.125, 35.125, 42.125, 52.125];
     let bench = Bench {
         tools: end_mill(1, 0.5, "center_cutting = true"),

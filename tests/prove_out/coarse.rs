@@ -1,8 +1,9 @@
-//! Every published experiment, coarse: the page of the experiments tells of these inputs and this motion, and a comparison has the same bytes at one
-//! and at two threads.
+//! Every published experiment, coarse: the page of the experiments tells of these inputs and this motion, and
+//! a comparison has the same bytes at one and at two threads.
 //!
-//! *Page.* All programs whole, as motion alone: neither cells nor the mesh of the design change it. *Bytes.* The first blocks of the programs at coarse cells,
-//! with every step of a comparison but choices, which take most of the time and are tried on the motion alone, and roughness maps.
+//! *Page.* All programs whole, as motion alone: neither cells nor the mesh of the design change it. *Bytes.*
+//! The first blocks of the programs at coarse cells, with every step of a comparison but choices, which take
+//! most of the time and are tried on the motion alone, and roughness maps.
 
 use std::{
     fs,
@@ -208,7 +209,8 @@ macro_rules! experiments {
 /// Methods that want whole layers or rows.
 const WHOLE: usize = usize::MAX;
 
-// Methods of Ma et al. look at the mesh of the design, the others at its closed form or at nothing that a coarse one changes.
+// Methods of Ma et al. look at the mesh of the design, the others at its closed form or at nothing that a
+// coarse one changes.
 experiments! {
     li "scenes/li-2022-s-theta" 570, None;
     cui "scenes/cui-2022-singularity" WHOLE, None;

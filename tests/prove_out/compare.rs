@@ -75,8 +75,8 @@ fn shorter(folder: &Path) {
     let motion = |l: &str| l.starts_with('X') || l.starts_with("G1 X");
     let first = lines.iter().position(|l| motion(l)).expect("motion");
     let last = lines.iter().rposition(|l| motion(l)).expect("motion");
-    // Two and a half turns of 370 blocks and the approach; the retract moves along the normal of another place, so it is
-    // left out: the program ends on the blade and TRAFOOF follows.
+    // Two and a half turns of 370 blocks and the approach; the retract moves along the normal of another
+    // place, so it is left out: the program ends on the blade and TRAFOOF follows.
     let kept = lines.iter().take(first + 930).chain(lines.iter().skip(last + 1)).cloned().collect::<Vec<_>>();
     fs::write(&program, kept.join("\n") + "\n").expect("written");
 }

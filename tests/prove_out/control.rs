@@ -65,7 +65,8 @@ fn the_length_of_g43_puts_the_tip_where_the_program_says() {
     assert!((z.min - (97.0 + length)).abs() < 1e-6, "{} {length}", z.min);
 }
 
-/// Without G43 the gauge line goes where the tip should be: the tool plunges through the block at rapid, and the run says so.
+/// Without G43 the gauge line goes where the tip should be: the tool plunges through the block at rapid, and
+/// the run says so.
 #[test]
 fn without_g43_the_tool_crashes_and_the_run_says_so() {
     let wrong = run(&three_axis(), "slot.nc", &slot("", ""), FLOOR, &Choice::default());

@@ -1,5 +1,5 @@
-//! The scene `dong-2023-multi-scale`: its program is the one that the plan writes; the axes of the method keep strip and roughness, run, and leave lower
-//! ridges than the original.
+//! The scene `dong-2023-multi-scale`: its program is the one that the plan writes; the axes of the method
+//! keep strip and roughness, run, and leave lower ridges than the original.
 
 use std::path::Path;
 

@@ -1,5 +1,5 @@
-//! The experiments of Cui et al. 2022 and Ma et al. 2020: programs as their plans write them, and what they do to the joints and to the part, at coarse
-//! cells.
+//! The experiments of Cui et al. 2022 and Ma et al. 2020: programs as their plans write them, and what they
+//! do to the joints and to the part, at coarse cells.
 
 use std::{
     fs,
@@ -157,7 +157,8 @@ fn cui_the_untreated_program_cuts_deep_and_the_treated_one_does_not() {
 
 #[test]
 fn ma_new_axes_gouge_less_and_upright_ones_least() {
-    // At these cells a ray stands in the middle of the row, and meets few of the deepest places: the order is tested, not the criteria of the scene.
+    // At these cells a ray stands in the middle of the row, and meets few of the deepest places: the order is
+    // tested, not the criteria of the scene.
     let cut = |program| deepest("ma-2020-sine", program, 0.4);
     close("original", cut("original"), 65.3, 1.5);
     close("joints", cut("joints"), 14.5, 2.0);

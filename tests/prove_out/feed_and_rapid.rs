@@ -1,4 +1,5 @@
-//! Corners of feed and rapid: what is removed belongs to the block whose path it follows, and a rapid in material is as deep as it is.
+//! Corners of feed and rapid: what is removed belongs to the block whose path it follows, and a rapid in
+//! material is as deep as it is.
 
 use proveout_sim::{run::RunResult, scene::DynamicsFile, verdict::State};
 
@@ -36,8 +37,8 @@ fn a_retract_out_of_a_slot_is_no_rapid_in_material() {
             }
         }
     }
-    // With an exact stop, with a dwell or with neither: the slot has the same end. Corners of feed and feed do not occur but for
-    // that of plunge and slot, which the path tolerance of 0.01 mm rounds.
+    // With an exact stop, with a dwell or with neither: the slot has the same end. Corners of feed and feed
+    // do not occur but for that of plunge and slot, which the path tolerance of 0.01 mm rounds.
     let (low, high) = removed.iter().fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
     assert!(high - low < 0.2 && low > 300.0, "{removed:?}");
 }
@@ -102,7 +103,8 @@ fn a_true_rapid_is_found_with_its_depth_and_its_line() {
     }
 }
 
-/// A rapid that turns the table drags the cutter round in hundreds of short pieces, each of which shaves its own thin layer.
+/// A rapid that turns the table drags the cutter round in hundreds of short pieces, each of which shaves its
+/// own thin layer.
 #[test]
 fn a_rapid_on_a_circle_is_as_deep_as_the_groove_that_it_cuts() {
     let program = "N10 G17 G710 G90 G94\nN20 T=\"T1\"\nN30 M6\nN40 G54 D1\nN50 S3000 M3\nN60 G0 B0 C0\nN70 G0 X12.125 Y0.125\n\

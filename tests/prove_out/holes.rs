@@ -1,4 +1,5 @@
-//! Reversals in stock: the floor of a hole lies where the program says, in every language; and a path that is cut short is timed as it is.
+//! Reversals in stock: the floor of a hole lies where the program says, in every language; and a path that is
+//! cut short is timed as it is.
 
 use std::{fs, path::Path};
 
@@ -76,7 +77,8 @@ fn stairs_are_timed_on_the_path_that_is_run() {
     text += "M5\nM2\n%\n";
     let verdict = run("stairs.ngc", &text, "").verdict;
     let (time, path) = (&verdict.time, &verdict.path);
-    // The programmed length takes 12 s at the feed; the corners are rounded by what 10 mm/s need, not by all of the tolerance.
+    // The programmed length takes 12 s at the feed; the corners are rounded by what 10 mm/s need, not by all
+    // of the tolerance.
     assert!(time.cutting_s < 11.8 && time.cutting_s > 11.0, "{time:?}");
     assert!(path.min_feed_ratio.is_some_and(|ratio| ratio > 0.99), "{path:?}");
     // A control that rounds with arcs of the whole step needs 9.47 s for the steps, one on the diagonal 8.4 s.

@@ -8,8 +8,8 @@ use proveout_sim::verdict::{State, Verdict};
 use proveout_sim::{Choice, Prepared};
 use proveout_tests::scene;
 
-/// Distance of the rays, mm. Points of the cut surface are exact whatever it is; the judged box of 3 mm round a section of
-/// 135 mm then has some hundred of them.
+/// Distance of the rays, mm. Points of the cut surface are exact whatever it is; the judged box of 3 mm round
+/// a section of 135 mm then has some hundred of them.
 const CELL_MM: f64 = 1.0;
 
 /// Keeps the deviation of every judged point that was cut.
@@ -66,13 +66,15 @@ fn new_axes_leave_the_surface_and_save_time() {
         }
         // Chords of 0.5 mm of a path of 9.2 mm radius round the trailing edge: 0.5^2 / (8 * 9.2) = 3.4 micrometers.
         assert!(verdict.deviation.gouge_max_mm.is_some_and(|g| g < 0.005), "{name}: {:?}", verdict.deviation);
-        // The ridge between turns, 8 - sqrt(64 - 0.25) = 15.6 micrometers; coarse rays may miss its top, rounding adds to it.
+        // The ridge between turns, 8 - sqrt(64 - 0.25) = 15.6 micrometers; coarse rays may miss its top,
+        // rounding adds to it.
         let ridge = verdict.deviation.excess_max_mm.expect("measured");
         assert!((0.0146..0.0186).contains(&ridge), "{name}: {ridge}");
     }
     let [(original, before), _, (proposed, after)] = &runs;
     for (a, b) in before.iter().zip(after) {
-        // 0.4 percent of the mean and 6.4 percent of the ridges' tops (0.9 micrometers) were measured: coarse rays meet few tops.
+        // 0.4 percent of the mean and 6.4 percent of the ridges' tops (0.9 micrometers) were measured: coarse
+        // rays meet few tops.
         assert!((b / a - 1.0).abs() < 0.08, "{before:?} {after:?}");
     }
     let gain = original.time.cutting_s / proposed.time.cutting_s - 1.0;

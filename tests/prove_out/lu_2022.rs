@@ -1,5 +1,5 @@
-//! The experiment of Lu et al. 2022 on both of its machines: what lines near an edge ask of the joints, and how deep they cut with drives in the loop, the
-//! platform's among them.
+//! The experiment of Lu et al. 2022 on both of its machines: what lines near an edge ask of the joints, and
+//! how deep they cut with drives in the loop, the platform's among them.
 
 use std::{fs, path::Path};
 
@@ -26,7 +26,8 @@ fn stretch(all: &Comparing, program: &str) -> Stretch {
     all.stretch_of(program).unwrap_or_else(|| panic!("{program}: no stretch"))
 }
 
-/// Counts of another implementation (`tests/reference/lu_2022.py`): velocity at 500 mm/min and range of the joint about the span, motion from turning.
+/// Counts of another implementation (`tests/reference/lu_2022.py`): velocity at 500 mm/min and range of the
+/// joint about the span, motion from turning.
 #[test]
 fn whole_lines_turn_the_joints_as_the_second_count_says() {
     let rate = |deg_mm: f64| deg_mm * 500.0 / 60.0;
@@ -70,7 +71,8 @@ fn depths(all: &Comparing) -> [Depth; 4] {
 
 #[test]
 fn unequal_drives_leave_depths_in_the_published_order_on_both_machines() {
-    // Deviations of `tests/reference/lu_2022.py`: lags of first order behind the posted blocks, without limits of acceleration. Machine II, machine I.
+    // Deviations of `tests/reference/lu_2022.py`: lags of first order behind the posted blocks, without
+    // limits of acceleration. Machine II, machine I.
     for (file, wanted) in [("scene.toml", [0.78, 4.13, 26.90, 71.23]), ("serial.toml", [1.25, 5.71, 35.68, 75.46])] {
         let all = moved(&scene(NAME).join(file));
         let found = depths(&all);
@@ -79,8 +81,8 @@ fn unequal_drives_leave_depths_in_the_published_order_on_both_machines() {
             assert!(pair[0].deviation_um < 0.8 * pair[1].deviation_um, "{file}: {names:?}");
         }
         for (depth, wanted) in found.iter().zip(wanted) {
-            // The control slows down at corners and begins each line from rest, which the second count does not: a tenth, and the micrometer's tenth of
-            // blocks.
+            // The control slows down at corners and begins each line from rest, which the second count does
+            // not: a tenth, and the micrometer's tenth of blocks.
             close(file, depth.deviation_um, wanted, 0.1 * wanted + 0.1);
             assert!(depth.places > 100 && depth.least_um < depth.mean_um && depth.mean_um < depth.most_um, "{depth:?}");
         }
@@ -122,7 +124,8 @@ fn a_plane_through_the_edge_is_no_line_beside_it() {
     close("through the edge", depth.deviation_um, 28.8, 6.0);
 }
 
-/// The deepest cut of the part is the deepest place of the path: rays of the part see the bottom of a groove where they meet it.
+/// The deepest cut of the part is the deepest place of the path: rays of the part see the bottom of a groove
+/// where they meet it.
 #[test]
 fn the_cut_part_is_as_deep_as_the_path_says() {
     let all = moved(&scene(NAME));

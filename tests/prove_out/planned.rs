@@ -301,7 +301,8 @@ fn a_blade_from_solid_in_layers_keeps_its_allowance() {
     assert!((0.1..0.115).contains(&left), "{left}");
 }
 
-/// A cutter that the concave side does not take is refused with its place; a key that the strategy does not read, by its name.
+/// A cutter that the concave side does not take is refused with its place; a key that the strategy does not
+/// read, by its name.
 #[test]
 fn what_cannot_be_planned_is_refused_by_name() {
     let refused = |keys: &str, name: &str| {

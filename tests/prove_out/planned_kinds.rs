@@ -1,5 +1,5 @@
-//! Planned programs on the kinds of blades, run by the twin: ridges on the convex and the concave side apart, ball and bull-nose, a face without
-//! tool center point control, a ruled side by the flank.
+//! Planned programs on the kinds of blades, run by the twin: ridges on the convex and the concave side apart,
+//! ball and bull-nose, a face without tool center point control, a ruled side by the flank.
 
 use std::{fs, path::Path};
 

@@ -1,5 +1,6 @@
-//! Great circles of the tool axis at poles, as programs meet them: the first rapid with vectors, a block past the upright tool, the cone
-//! inside of which the control may leave the circle, and ends that no circle leads to.
+//! Great circles of the tool axis at poles, as programs meet them: the first rapid with vectors, a block past
+//! the upright tool, the cone inside of which the control may leave the circle, and ends that no circle leads
+//! to.
 
 use std::fs;
 
@@ -54,7 +55,8 @@ fn limits(run: &RunResult) -> State {
     run.verdict.gates.iter().find(|g| g.name == "limits").expect("the gate").state
 }
 
-/// C stands at 0, and the tool upright: where B3 or A3 alone tilts the table, either way round, C turns by a quarter at most.
+/// C stands at 0, and the tool upright: where B3 or A3 alone tilts the table, either way round, C turns by a
+/// quarter at most.
 #[test]
 fn the_first_rapid_with_a_vector_turns_the_table_to_where_the_circle_leaves_the_pole() {
     for machine in ["bc-trunnion", "ac-trunnion-620"] {
@@ -120,7 +122,8 @@ fn a_block_through_the_pole_runs_on_every_machine() {
     }
 }
 
-/// The cone of machine or scene: inside, the circle is left and that is told with its angle; without one it is followed.
+/// The cone of machine or scene: inside, the circle is left and that is told with its angle; without one it
+/// is followed.
 #[test]
 fn inside_of_the_cone_the_circle_is_left_and_that_is_reported() {
     let half = (0.0007_f64.to_radians().tan() / 20_f64.to_radians().tan()).acos().to_degrees();

@@ -32,7 +32,8 @@ fn a_spindle_that_is_driven_through_the_stock_fails_at_its_line() {
             assert_eq!(hit.line, Some(line_of(&bench.program, "G1 X20")), "{hit:?}");
         }
 
-        // The same wall as a fixture agrees in time to within the stated error: the diagonal of a cell, on the way along X.
+        // The same wall as a fixture agrees in time to within the stated error: the diagonal of a cell, on
+        // the way along X.
         let mut fixed = wall(&bench.program);
         fixed.block = [[-300.0, -300.0, -100.0], [-290.0, -290.0, -90.0]];
         fixed.extra =
@@ -49,8 +50,9 @@ fn a_spindle_that_is_driven_through_the_stock_fails_at_its_line() {
     }
 }
 
-/// Two levels with a face mill whose flutes are shorter than the block is high: on the lower one the spindle nose is 30 mm under the top of the raw
-/// block, in the room that the upper one has made. Without the upper one it hits what is left there.
+/// Two levels with a face mill whose flutes are shorter than the block is high: on the lower one the spindle
+/// nose is 30 mm under the top of the raw block, in the room that the upper one has made. Without the upper
+/// one it hits what is left there.
 #[test]
 fn what_the_cutter_has_taken_is_no_obstacle_to_the_spindle() {
     let tools = "[[tool]]\nnumber = 1\nname = \"FACE\"\nkind = \"flat\"\ndiameter_mm = 160\nflute_length_mm = 60\n\
@@ -86,8 +88,8 @@ fn what_stays_away_from_the_box_of_the_stock_passes_and_says_so() {
     assert_eq!(state(&run, "near_miss"), State::Pass);
 }
 
-/// The face of the spindle nose is the gauge line, 80 mm over the tip: at a depth of 78.9 mm beside a wall it stays 1.1 mm over the
-/// top of the stock, at 79.1 mm it does not keep the wanted 1 mm.
+/// The face of the spindle nose is the gauge line, 80 mm over the tip: at a depth of 78.9 mm beside a wall it
+/// stays 1.1 mm over the top of the stock, at 79.1 mm it does not keep the wanted 1 mm.
 #[test]
 fn the_clearance_of_the_scene_decides_and_a_thin_motion_is_not_stepped_over() {
     let at = |depth: f64| {
@@ -155,7 +157,8 @@ fn a_jaw_that_is_sunk_into_the_stock_is_reported_with_its_depth() {
     }
 }
 
-/// A rapid through the block, and through a fin of 0.2 mm that stands between the cells along Y: the cutter meets both at their line.
+/// A rapid through the block, and through a fin of 0.2 mm that stands between the cells along Y: the cutter
+/// meets both at their line.
 #[test]
 fn a_rapid_through_material_and_through_a_thin_fin_is_found() {
     // The fin is a stock of its own, which cells of a millimeter do not hold.

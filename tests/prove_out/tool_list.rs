@@ -6,7 +6,8 @@ use proveout_sim::{Choice, verdict::State};
 use proveout_tests::{prove, root};
 use proveout_tool::{Tool, ToolLibrary};
 
-/// Distance of the rays of the narrow tools, mm; divides the depth, so that whole layers are cut: fine enough that the narrowest tool, a drill of 3.3 mm, is met by 30 rays across.
+/// Distance of the rays of the narrow tools, mm; divides the depth, so that whole layers are cut: fine enough
+/// that the narrowest tool, a drill of 3.3 mm, is met by 30 rays across.
 const CELL_MM: f64 = 0.1;
 /// A circle of 33 cells is counted with an area that is right to one part in fifty; wider ones are better.
 const VOLUME_TOLERANCE: f64 = 0.02;

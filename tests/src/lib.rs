@@ -21,7 +21,8 @@ pub fn published(path: &str) -> Option<PathBuf> {
     places.into_iter().find(|p| p.is_file())
 }
 
-/// Tells past the capture of the test harness that a test passes without looking: `cargo xtask ci` has these lines in its summary.
+/// Tells past the capture of the test harness that a test passes without looking: `cargo xtask ci` has these
+/// lines in its summary.
 pub fn left_out(what: &str) {
     use std::io::Write as _;
     writeln!(std::io::stdout(), "\nLEFT OUT: {what}").ok();

@@ -1,5 +1,6 @@
-//! No gate passes what nobody stated: workholding, lengths of tools, teeth, switches of the operator, corners under ideal dynamics; and a gate
-//! that nobody asked has no part in the verdict. Families of small scenes, each with the statement and without it.
+//! No gate passes what nobody stated: workholding, lengths of tools, teeth, switches of the operator, corners
+//! under ideal dynamics; and a gate that nobody asked has no part in the verdict. Families of small scenes,
+//! each with the statement and without it.
 
 use std::{
     fs,
@@ -16,7 +17,8 @@ fn root() -> PathBuf {
 
 const NONE: &str = "workholding = \"none\"\nworkholding_reason = \"glued to the table\"\n";
 const NO_DESIGN: &str = "design = \"none\"\n";
-/// A slot along X through the middle of the block, 3 mm deep, with the cutter beside the block at Z-3 before and behind it.
+/// A slot along X through the middle of the block, 3 mm deep, with the cutter beside the block at Z-3 before
+/// and behind it.
 const SLOT: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G0 X-60. Y0.\nG43 H1 Z20.\nS3000 M3\nZ-3.\nG1 X60. F2000.\nG0 Z20.\nM5\nM30\n%\n";
 /// Once round the block, 5 mm above its lower face.
 const ROUND: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G0 X-45. Y-35.\nG43 H1 Z20.\nS3000 M3\nZ-15.\nG1 X45. F2000.\nY35.\nX-45.\nY-35.\n\

@@ -344,7 +344,8 @@ fn a_joint_limit_above_that_of_the_machine() {
     small.refused(&["scene.toml", "control.joint_limits.X", "above the machine's limit", "help: "]);
 }
 
-/// Every fault of a key of a scene stands at that key, also where its word stands in a comment before, in a name, or in another table.
+/// Every fault of a key of a scene stands at that key, also where its word stands in a comment before, in a
+/// name, or in another table.
 #[test]
 fn a_fault_of_a_key_has_its_line_and_column() {
     let decoy = "# gouge_mm contact_mm path_tolerance_mm blocks tool [start] [part [surface [compare baseline draws \"main\" dialect\n";

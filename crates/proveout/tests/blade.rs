@@ -4,8 +4,8 @@ use std::{fs, path::Path, process::Command};
 
 use serde_json::Value;
 
-/// The blade of the published experiment on a mesh of 0.05 mm chord error, two and a half turns of its program, cells of 1 mm. In the judged
-/// box turns lie on both sides of every point.
+/// The blade of the published experiment on a mesh of 0.05 mm chord error, two and a half turns of its
+/// program, cells of 1 mm. In the judged box turns lie on both sides of every point.
 fn verdict() -> (Value, String) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");
     let folder = tempfile::tempdir().expect("temporary folder");
@@ -45,8 +45,8 @@ fn a_blade_is_judged_against_its_closed_form() {
     // The chord error of the mesh is measured, not the 0.05 that were asked for.
     let mesh = number("mesh_error_mm");
     assert!(mesh > 0.03 && mesh < 0.2 && (mesh - 0.05).abs() > 1e-6, "{mesh}");
-    // Chords of 0.5 mm round the trailing edge leave 3.4 micrometers, ridges between turns are 15.6 micrometers high, see the scene's README; a
-    // mesh that is 50 micrometers off shows neither.
+    // Chords of 0.5 mm round the trailing edge leave 3.4 micrometers, ridges between turns are 15.6
+    // micrometers high, see the scene's README; a mesh that is 50 micrometers off shows neither.
     assert!(number("gouge_max_mm") < 0.005, "{deviation}");
     let ridge = number("excess_max_mm");
     assert!((0.012..0.0186).contains(&ridge), "{deviation}");

@@ -73,7 +73,8 @@ fn top(path: &Path) -> f64 {
     all.map(|at| f64::from(number(at))).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// A slab is milled flat across the part, a tenth of a millimeter above the highest place of the design, then 0.2 mm below it.
+/// A slab is milled flat across the part, a tenth of a millimeter above the highest place of the design, then
+/// 0.2 mm below it.
 #[test]
 fn a_part_of_another_kind_is_cut_and_judged() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");
@@ -125,8 +126,8 @@ fn a_part_of_another_kind_is_cut_and_judged() {
             let gouge = gates.iter().find(|g| g["name"] == "gouge").expect("the gate");
             assert_eq!(gouge["state"], gate, "{kind}, {height}: {gouge}");
             let deepest = deviation["gouge_max_mm"].as_f64().unwrap_or_else(|| panic!("{kind}: {deviation}"));
-            // The flat is 0.2 mm below the highest point of a mesh that lies within 0.01 mm of the design; on a ray that loses all of a thin crest
-            // no point is deeper than half of it.
+            // The flat is 0.2 mm below the highest point of a mesh that lies within 0.01 mm of the design; on
+            // a ray that loses all of a thin crest no point is deeper than half of it.
             let fits = if height > 0.0 { deepest < 0.015 } else { (deepest - 0.2).abs() < 0.011 };
             assert!(fits, "{kind}, {height}: {deepest}");
             let excess = deviation["excess_max_mm"].as_f64().unwrap_or_else(|| panic!("{kind}: {deviation}"));

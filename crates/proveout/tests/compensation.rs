@@ -1,5 +1,5 @@
-//! `proveout nc` with cutter compensation in every language: a cusp of two arcs is gouge-free, a neck that is too narrow is
-//! refused or told.
+//! `proveout nc` with cutter compensation in every language: a cusp of two arcs is gouge-free, a neck that is
+//! too narrow is refused or told.
 
 use std::{
     fs,
@@ -150,8 +150,8 @@ fn overcuts_of(lines: &[Value]) -> Vec<&Value> {
 fn a_cusp_of_two_arcs_is_gouge_free_in_every_language() {
     let folder = tempfile::tempdir().expect("temporary folder");
     fs::write(folder.path().join("tools.toml"), TOOLS).expect("written");
-    // Two half circles of 5 mm over the X axis, with the tool above them. The equidistants have 7 mm and meet over the cusp
-    // in the origin at sqrt(7^2 - 5^2).
+    // Two half circles of 5 mm over the X axis, with the tool above them. The equidistants have 7 mm and meet
+    // over the cusp in the origin at sqrt(7^2 - 5^2).
     let blocks = [
         Block::Arc([0.0, 0.0], [-5.0, 0.0], true),
         Block::Arc([10.0, 0.0], [5.0, 0.0], true),
@@ -165,7 +165,8 @@ fn a_cusp_of_two_arcs_is_gouge_free_in_every_language() {
             let output = nc(folder.path(), language.dialect);
             let (lines, error) = (lines(&output), String::from_utf8_lossy(&output.stderr).into_owned());
             if output.status.code() == Some(2) {
-                // The entry of a LinuxCNC is a block of the contour: from above it meets the first arc in a corner of 180 degrees.
+                // The entry of a LinuxCNC is a block of the contour: from above it meets the first arc in a
+                // corner of 180 degrees.
                 let linuxcnc = language.dialect == "linuxcnc" && from[1] > 0.0;
                 assert!(linuxcnc && error.contains("nc-compensation"), "{}: {error}\n{program}", language.dialect);
                 continue;

@@ -1,4 +1,5 @@
-//! Control files as a user meets them: named by the call, by a machine, by a scene; the first five minutes with a new machine.
+//! Control files as a user meets them: named by the call, by a machine, by a scene; the first five minutes
+//! with a new machine.
 
 use std::{
     fs,

@@ -21,8 +21,8 @@ fn proveout(folder: &Path, arguments: &[&str]) -> Output {
         .expect("the program starts")
 }
 
-/// A block of 40 x 40 x 20 mm with a slot of 20 mm, 5 mm deep, along X; a patch over one of its edges; the design is the block
-/// as text.
+/// A block of 40 x 40 x 20 mm with a slot of 20 mm, 5 mm deep, along X; a patch over one of its edges; the
+/// design is the block as text.
 fn shop() -> &'static Path {
     static SHOP: OnceLock<TempDir> = OnceLock::new();
     let folder = SHOP.get_or_init(|| {

@@ -1,7 +1,8 @@
 //! The memory that a run announces before it starts, held to what the program has taken at most.
 //!
-//! One small scene by default. With `PROVEOUT_MEMORY=1` a table of scenes from small to large, in the release profile (some
-//! minutes and up to 1.5 GiB); with `PROVEOUT_MEMORY=all` also a million moves on 300 x 300 mm at 0.1 mm.
+//! One small scene by default. With `PROVEOUT_MEMORY=1` a table of scenes from small to large, in the release
+//! profile (some minutes and up to 1.5 GiB); with `PROVEOUT_MEMORY=all` also a million moves on 300 x 300 mm
+//! at 0.1 mm.
 
 #![allow(clippy::print_stdout, reason = "the table is what is asked for")]
 

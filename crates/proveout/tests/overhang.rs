@@ -1,6 +1,6 @@
-//! `run --overhang` as a person types it, and the picture of a first contact: a slot of 6 mm, 20 mm deep, in a block whose face lies at
-//! zero. A holder of 20 mm diameter does not fit into the slot, so that its nose has to stay above the face by the wanted clearance:
-//! the least overhang is 20 mm and that clearance.
+//! `run --overhang` as a person types it, and the picture of a first contact: a slot of 6 mm, 20 mm deep, in
+//! a block whose face lies at zero. A holder of 20 mm diameter does not fit into the slot, so that its nose
+//! has to stay above the face by the wanted clearance: the least overhang is 20 mm and that clearance.
 
 use std::{
     fmt::Write as _,

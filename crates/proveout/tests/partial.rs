@@ -1,5 +1,5 @@
-//! `run --preview` and `run --stop-at` as a person types them: a slot of 6 mm in four passes of 4 mm depth each, whose last retract at rapid
-//! rate goes through the wall.
+//! `run --preview` and `run --stop-at` as a person types them: a slot of 6 mm in four passes of 4 mm depth
+//! each, whose last retract at rapid rate goes through the wall.
 
 use std::{
     fs,

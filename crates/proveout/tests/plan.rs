@@ -1,4 +1,5 @@
-//! Plans on the command line that do not fit: each is refused with its table, its section and its point, and nothing is written.
+//! Plans on the command line that do not fit: each is refused with its table, its section and its point, and
+//! nothing is written.
 
 use std::{
     fs,
@@ -123,7 +124,8 @@ fn strategy(words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_proveout")).arg("plan").args(words).output().expect("the program starts")
 }
 
-/// Planes at equal distances, with the axis of the table and with that of a program which the same table writes: the files that lie in the scene.
+/// Planes at equal distances, with the axis of the table and with that of a program which the same table
+/// writes: the files that lie in the scene.
 #[test]
 fn a_table_writes_both_programs_of_the_face_as_they_lie_there() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root");

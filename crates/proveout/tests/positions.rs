@@ -1,5 +1,5 @@
-//! Where positions come from, as a user meets it: reference points of the machine, work offsets of a machine whose axes are zero at
-//! home, retractions under tool center point control, words that switch kinematics.
+//! Where positions come from, as a user meets it: reference points of the machine, work offsets of a machine
+//! whose axes are zero at home, retractions under tool center point control, words that switch kinematics.
 
 use std::{
     fs,
@@ -226,7 +226,8 @@ fn repeating_a_point_behind_the_switch_moves_nothing_on_a_machine_with_its_zero_
     let offset = [-50.0 + 420.0, -50.0 - 350.0, 140.0 - 700.0];
     let verdict = Shop::on("bc-trunnion-home-zero", ("part.nc", text), offset).verdict();
     assert!(!codes(&verdict).contains(&"limits-overtravel".to_owned()), "{:?}", codes(&verdict));
-    // X from home to the middle of the table and one millimeter on; Y likewise; Z down to 90 mm above the part, tool 150 mm.
+    // X from home to the middle of the table and one millimeter on; Y likewise; Z down to 90 mm above the
+    // part, tool 150 mm.
     for (axis, low, high) in [("X", 0.0, 421.0), ("Y", -350.0, 0.0), ("Z", -560.0 + 90.0 + 150.0, 0.0)] {
         let range = &verdict["axes"][axis];
         assert!((number(&range["min"]) - low).abs() < 0.02, "{axis}: {range}");
@@ -234,7 +235,8 @@ fn repeating_a_point_behind_the_switch_moves_nothing_on_a_machine_with_its_zero_
     }
 }
 
-/// Behind a retraction of the machine axis under tool center point control a turn alone must not bring the tool back down.
+/// Behind a retraction of the machine axis under tool center point control a turn alone must not bring the
+/// tool back down.
 #[test]
 fn behind_a_retraction_under_tcp_the_tool_stays_up() {
     for (file, text) in [

@@ -1,4 +1,5 @@
-//! No text of a program is dropped without a word, and faults are told early and all, as a user meets it: `check`, `nc`, `run`.
+//! No text of a program is dropped without a word, and faults are told early and all, as a user meets it:
+//! `check`, `nc`, `run`.
 
 use std::{
     fs,

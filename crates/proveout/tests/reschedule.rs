@@ -21,8 +21,8 @@ fn proveout(arguments: &[&str]) -> Output {
         .expect("the program starts")
 }
 
-/// The blade of the published experiment with one and a half turns of its program, coarse cells, other options than the default
-/// ones, and a tolerance that every chord passes, so that there are findings.
+/// The blade of the published experiment with one and a half turns of its program, coarse cells, other
+/// options than the default ones, and a tolerance that every chord passes, so that there are findings.
 fn folder() -> &'static Path {
     static FOLDER: OnceLock<TempDir> = OnceLock::new();
     let folder = FOLDER.get_or_init(|| {
@@ -99,7 +99,8 @@ fn set_takes_the_place_of_the_scene() {
     }
 }
 
-/// The inset that is looked for has no higher a peak of acceleration than those that are given; what is neither degrees nor that word is refused.
+/// The inset that is looked for has no higher a peak of acceleration than those that are given; what is
+/// neither degrees nor that word is refused.
 #[test]
 fn the_inset_is_searched_over_the_peak_of_acceleration() {
     let peak = |inset: &str, name: &str| {
@@ -173,7 +174,8 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_reported()
     let a = run["joints"].as_array().expect("a list").iter().find(|j| j["name"] == "A").expect("the table");
     let gates = a["gates_deg"].as_array().expect("a list");
     assert_eq!(gates.len(), run["least_s"].as_array().expect("a list").len() + 1);
-    // Nearly all of the programmed time is proved of the feed, from the ways of the tip, and what stays a condition is told.
+    // Nearly all of the programmed time is proved of the feed, from the ways of the tip, and what stays a
+    // condition is told.
     let (programmed, proved) = (number("programmed_s"), number("feed_bound_s"));
     assert!(proved < programmed && proved > 0.99 * programmed, "{proved} {programmed}");
     assert!(
@@ -276,7 +278,8 @@ fn a_program_that_sends_a_joint_past_its_travel_is_not_written() {
 
 #[test]
 fn a_large_lean_starts_where_its_first_axis_stands() {
-    // ORIVECT behind TRAORI is no reason to forget the rapid that turns the table before: the tool would swing past the travel of Y.
+    // ORIVECT behind TRAORI is no reason to forget the rapid that turns the table before: the tool would
+    // swing past the travel of Y.
     let text = written(&["--program", "original", "--method", "smooth", "--set", "channel=tool"], "lean.mpf");
     let turned =
         text.lines().find_map(|l| l.strip_prefix("G0 A")?.split(' ').next()?.parse::<f64>().ok()).expect("a turn");
@@ -483,7 +486,8 @@ fn options_of_smooth_are_read_and_refused_by_name() {
     assert!(printed.contains("what the tool must keep away from is not known"), "{printed}");
 }
 
-/// A row along a blade on the axis of the table, near whose pole the tool axis passes: as the stand-in of the specification, with a ball.
+/// A row along a blade on the axis of the table, near whose pole the tool axis passes: as the stand-in of the
+/// specification, with a ball.
 fn near_the_pole(folder: &Path, vectors: bool) {
     let root = root();
     let path = |p: &str| format!("{:?}", root.join(p).display().to_string());
@@ -566,9 +570,11 @@ fn a_table_goes_through_its_pole_without_swinging_round() {
     assert!(largest > 10.0 && sum > 169.0, "{largest} {sum}");
     let (text, printed) = made(&["junction=off"]);
     let (largest, sum) = steps(&text, 'C');
-    // As the independent count of the stand-in, whose contact path is 8 mm from the axis; here the ball's center is 11 mm from it.
+    // As the independent count of the stand-in, whose contact path is 8 mm from the axis; here the ball's
+    // center is 11 mm from it.
     assert!(largest < 0.6 && (sum - 38.0).abs() < 1.0, "{largest} {sum}");
-    // No channel of one angle is known: the feed, or the reason why there is no bound, but no gap to the best schedule in one.
+    // No channel of one angle is known: the feed, or the reason why there is no bound, but no gap to the best
+    // schedule in one.
     assert!(!printed.contains("in the channel") && printed.contains("no "), "{printed}");
     let (wide, _) = made(&["junction=off", "cone_deg=10"]);
     assert!(steps(&wide, 'C').1 < 16.0, "{:?}", steps(&wide, 'C'));
@@ -637,8 +643,8 @@ fn saved(scene: &str, program: &str, method: &str, options: &[&str], out: &Path)
     (seconds[1] - seconds[0], fs::read_to_string(&file).expect("written"), printed)
 }
 
-/// Both rotary joints free: on the experiments of Cui et al. and Ma et al. no published program saves more time, contacts and blocks stay, and the bound stands
-/// beside the time.
+/// Both rotary joints free: on the experiments of Cui et al. and Ma et al. no published program saves more
+/// time, contacts and blocks stay, and the bound stands beside the time.
 #[test]
 fn rows_by_smooth_are_never_slower_than_what_was_published_for_them() {
     let folder = tempfile::tempdir().expect("temporary folder");
@@ -657,7 +663,8 @@ fn rows_by_smooth_are_never_slower_than_what_was_published_for_them() {
             assert!(most >= other - 2e-3, "{scene}, {program}: {most} s and {other} s");
         }
         if scene == "ma-2020-sine" {
-            // An even turn of A from end to end is free there: 0.421 s less than before. Coarse cells alone found 0.360.
+            // An even turn of A from end to end is free there: 0.421 s less than before. Coarse cells alone
+            // found 0.360.
             assert!(most > 0.41, "{most}");
         }
         let before = fs::read_to_string(root().join("scenes").join(scene).join("original.mpf")).expect("the program");

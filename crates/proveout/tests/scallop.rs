@@ -22,7 +22,8 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
 }
 
-/// A folder with scene, program, tools and part; `wide` is a step that is doubled somewhere, `tolerances` and `part` are lines of the scene.
+/// A folder with scene, program, tools and part; `wide` is a step that is doubled somewhere, `tolerances` and
+/// `part` are lines of the scene.
 fn write(folder: &Path, wide: bool, tolerances: &str, part: &str) {
     let scene = format!(
         "name = \"rows\"\nmachine = {:?}\ntools = \"tools.toml\"\nresolution_mm = 0.2\n[stock]\n\
@@ -266,8 +267,8 @@ fn a_height_that_is_none_or_has_no_design_is_refused_by_name() {
     }
 }
 
-/// A dip of the ball to 0.21 mm between rays 0.4 mm apart: the finding tells the deepest place, not that of the nearest ray (which is
-/// up to 0.2^2 / 3 = 13 micrometers higher).
+/// A dip of the ball to 0.21 mm between rays 0.4 mm apart: the finding tells the deepest place, not that of
+/// the nearest ray (which is up to 0.2^2 / 3 = 13 micrometers higher).
 #[test]
 fn a_gouge_between_the_rays_has_its_whole_depth() {
     let folder = tempfile::tempdir().expect("temporary folder");

@@ -1,4 +1,5 @@
-//! Sweeps as a person calls them: plan, run in parts, merge; what is killed, changed, lost or damaged costs its jobs and is named.
+//! Sweeps as a person calls them: plan, run in parts, merge; what is killed, changed, lost or damaged costs
+//! its jobs and is named.
 
 use std::{
     collections::BTreeMap,
@@ -153,7 +154,8 @@ fn a_changed_input_costs_the_jobs_that_read_it() {
     run_expecting(&["sweep", "merge", "out"], at, 0);
 }
 
-/// A kind of tampering: what it is, what is changed, what a merge says, and whether `run` mends it by running the job again.
+/// A kind of tampering: what it is, what is changed, what a merge says, and whether `run` mends it by running
+/// the job again.
 type Tampering = (&'static str, fn(&Path), &'static str, bool);
 
 #[test]
@@ -387,8 +389,8 @@ fn write_program(folder: &Path, name: &str, lines: &str) {
 
 #[test]
 fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
-    // Two cuts, then the spindle comes down to the block within a stretch, and the nose stands in it; a part that is cut off, and cuts behind
-    // that; a patch of finer cells, the history and the engagement beside.
+    // Two cuts, then the spindle comes down to the block within a stretch, and the nose stands in it; a part
+    // that is cut off, and cuts behind that; a patch of finer cells, the history and the engagement beside.
     let (slots, down) = ("G0 X5 Y-30\nG0 Z5\nG0 Z-9\nG1 Y30 F600\nG0 Z10\n", "G0 X-10 Y0\nG0 Z-100\nG0 Z50\n");
     let off = slots.replace("Z-9", "Z-21") + "G0 X-10 Y-30\nG0 Z-5\nG1 Y30 F600\nG0 Z10\n";
     let near = format!("{slots}{down}{slots}");

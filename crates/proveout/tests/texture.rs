@@ -1,4 +1,5 @@
-//! `proveout measure` on files of texture: profiles and height maps, what is named beside the values, and what it refuses.
+//! `proveout measure` on files of texture: profiles and height maps, what is named beside the values, and
+//! what it refuses.
 
 use std::{
     fs,

@@ -1,5 +1,6 @@
-//! Rapid motions on a tilted plane as posts write them: X and Y first, Z behind the tool length. The axis without a word stays where the
-//! machine has it, so that the tool passes over the post; one block with all three goes straight through it.
+//! Rapid motions on a tilted plane as posts write them: X and Y first, Z behind the tool length. The axis
+//! without a word stays where the machine has it, so that the tool passes over the post; one block with all
+//! three goes straight through it.
 //!
 //! ```text
 //!   z |  start .---------<---------.   X Y, at the height where the machine stands
@@ -166,7 +167,8 @@ fn an_axis_without_a_word_stays_where_the_machine_has_it() {
     }
 }
 
-/// The machine file says how rapids run, on a tilted plane too: with a slow Z the tool is beside the post before it comes down.
+/// The machine file says how rapids run, on a tilted plane too: with a slow Z the tool is beside the post
+/// before it comes down.
 #[test]
 fn the_machine_says_how_rapids_run_on_a_plane() {
     for (dialect, program, _, one) in APPROACHES {
@@ -179,7 +181,8 @@ fn the_machine_says_how_rapids_run_on_a_plane() {
     }
 }
 
-/// The rest of the program goes on from there: an arc on the plane has its start, and a text that ends behind X and Y is none that is refused.
+/// The rest of the program goes on from there: an arc on the plane has its start, and a text that ends behind
+/// X and Y is none that is refused.
 #[test]
 fn lengths_found_at_x_and_y_hold_after_the_tool_length() {
     let text =

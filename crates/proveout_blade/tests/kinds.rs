@@ -115,7 +115,8 @@ fn derivatives_normal_and_curvatures_agree_with_differences() {
                 (at.second[2], along_v(&|h| surface.local(u, v + h).first[1])),
             ];
             for (k, (exact, rough)) in found.iter().enumerate() {
-                // Relative to the derivative, and to how the place itself changes with the parameter where a derivative passes zero.
+                // Relative to the derivative, and to how the place itself changes with the parameter where a
+                // derivative passes zero.
                 let lengths = [domain.u, domain.v].map(|r| r[1] - r[0]);
                 let unit = [
                     lengths[0],

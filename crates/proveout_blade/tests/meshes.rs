@@ -50,7 +50,8 @@ fn points() -> u32 {
 /// A name, a surface, its ends, and the material left on it, mm.
 type Ended = (&'static str, Arc<dyn ParametricSurface>, [BladeEnd; 2], f64);
 
-/// A spline through sections of Lu's blade, its edges as arcs of their own: 10 degrees of w to either side of the ends of the chord.
+/// A spline through sections of Lu's blade, its edges as arcs of their own: 10 degrees of w to either side of
+/// the ends of the chord.
 fn through_sections() -> SkinnedBlade {
     let blade = Lu::stand_in();
     let section = |j: u32| {
@@ -93,7 +94,8 @@ fn blades_with_platforms_at_both_ends_are_met_within_the_chord_error() {
             worst = worst.max(solid.nearest(&p).distance.abs());
         }
         say(name, count, worst, &made, error);
-        // What was measured is what any point keeps; a third of it is met somewhere, so that nothing was measured in vain.
+        // What was measured is what any point keeps; a third of it is met somewhere, so that nothing was
+        // measured in vain.
         assert!(worst <= made.measured + 1e-6 && worst > 0.3 * made.measured, "{name}: {worst} of {}", made.measured);
     }
 }
@@ -109,8 +111,9 @@ fn say(name: &str, count: u32, worst: f64, made: &MeasuredMesh, error: f64) {
     );
 }
 
-/// Kind `camber` on its platform has a mesh of its own making, with steps by sagitta that are not corrected by what is measured: it may be off by more than
-/// was asked, here 12.7 um of 10, twisted 15.3. A run therefore counts with what `chord_error` of `proveout_surface` measures.
+/// Kind `camber` on its platform has a mesh of its own making, with steps by sagitta that are not corrected
+/// by what is measured: it may be off by more than was asked, here 12.7 um of 10, twisted 15.3. A run
+/// therefore counts with what `chord_error` of `proveout_surface` measures.
 #[test]
 fn a_blade_on_a_camber_line_is_met_near_the_chord_error() {
     let platform = Some(Platform { fillet_radius: 4.0, margin: 8.0, thickness: 10.0 });
@@ -220,8 +223,8 @@ fn by_all_triangles(mesh: &TriMesh, p: Point) -> f64 {
     if angle > std::f64::consts::TAU { -least.sqrt() } else { least.sqrt() }
 }
 
-/// Places that the draw visits: all round the part up to 6 mm outside of its bounds, deep inside of it, within the platforms, and up to 1.5 mm to
-/// both sides of every face, fillets and rims among them.
+/// Places that the draw visits: all round the part up to 6 mm outside of its bounds, deep inside of it,
+/// within the platforms, and up to 1.5 mm to both sides of every face, fillets and rims among them.
 #[test]
 fn the_nearest_point_of_a_blade_with_ends_is_that_of_all_triangles_of_its_mesh() {
     let on = |x, radius, side| BladeEnd { x, plate: Some(plate(radius, side)) };

@@ -1,8 +1,9 @@
 //! The nearest point of a blade on its closed form against a slow search that shares nothing with it but the outline.
 //!
-//! Blades: without twist, as of a compressor, twisted by one and by three degrees a millimeter; with and without platform; a section of
-//! constant thickness (all circles of its concave side have one center), one thinner in the middle, one nearly straight, one bent by 145 degrees.
-//! Points: anywhere round the blade, on the camber line, the X axis and the axis of the camber line, on all faces and beside them, within and
+//! Blades: without twist, as of a compressor, twisted by one and by three degrees a millimeter; with and
+//! without platform; a section of constant thickness (all circles of its concave side have one center), one
+//! thinner in the middle, one nearly straight, one bent by 145 degrees. Points: anywhere round the blade, on
+//! the camber line, the X axis and the axis of the camber line, on all faces and beside them, within and
 //! beyond the edges of tip and platform, in the center of the fillet, and far away.
 #![allow(clippy::unwrap_used, reason = "a failed test says why")]
 
@@ -249,7 +250,8 @@ fn points(blade: &Blade, platform: bool, random: &mut Random) -> Vec<Point> {
     };
     for k in 0..cases(2) {
         points.push(Point::new(random.range(-25.0, 60.0), random.range(-55.0, 55.0), random.range(-40.0, 40.0)));
-        // On the camber line, where both sides are as near, and its ends, where all of an edge is; the axis of the camber line.
+        // On the camber line, where both sides are as near, and its ends, where all of an edge is; the axis
+        // of the camber line.
         let x = random.range(low, TIP);
         let end = [0.0, 1.0, random.range(0.0, 1.0), 0.5][k % 4];
         let (center, sides) = section.pair(end, 0.0);
@@ -290,7 +292,8 @@ fn no_point_of_the_surface_is_nearer_and_the_sign_is_that_of_the_solid() {
             let least = brute.distance(&p);
             let scale = 1.0 + 1e-9 * p.coords.norm();
             assert!(d <= least + NEAREST_ERROR_MM * scale, "{p} {found:?} {least} twist {twist}");
-            // Not farther either: the slow search may stop beside a minimum that is flat, but what was found is a point of the surface.
+            // Not farther either: the slow search may stop beside a minimum that is flat, but what was found
+            // is a point of the surface.
             assert!(((p - found.point).norm() - d).abs() < 1e-9 * scale, "{p} {found:?}");
             assert!(
                 brute.off_the_surface(&found.point) < 1e-6 * scale,
@@ -306,8 +309,8 @@ fn no_point_of_the_surface_is_nearer_and_the_sign_is_that_of_the_solid() {
 
 #[test]
 fn beside_every_face_the_distance_is_that_along_its_normal() {
-    // As far as no center of curvature or other face comes nearer: 0.4 mm. Zero and picometers to micrometers are among them, where the
-    // sign must hold down to 1e-8 mm.
+    // As far as no center of curvature or other face comes nearer: 0.4 mm. Zero and picometers to micrometers
+    // are among them, where the sign must hold down to 1e-8 mm.
     let mut random = Random(7);
     for (blade, platform) in blades() {
         if blade.spec().twist.abs() > 0.03 {
@@ -390,7 +393,8 @@ fn numbers_that_are_none_have_no_nearest_point_and_far_ones_end() {
 
 #[test]
 fn an_outline_that_crosses_itself_is_refused() {
-    // Bent by 139 degrees, thick in the middle: the arc of the trailing edge runs into the concave side, which does not fold.
+    // Bent by 139 degrees, thick in the middle: the arc of the trailing edge runs into the concave side,
+    // which does not fold.
     let section = CamberSection {
         shift: [0.0; 2],
         ..section(35.495_491_974_335_16, 2.111_615, 15.652_537_414_059_042, 2.421_683_587_785_810_5)

@@ -5,8 +5,9 @@ use std::{io::Write, path::Path};
 use proveout_blade::{FOOT_ERROR_MM, ParametricSurface, PointedSection, SectionsError, SkinnedBlade, read_sections};
 use proveout_geom::Point;
 
-/// The published profiles of NASA Rotor 37 as a section file: points 1 to 25 and 277 to 300 are the leading edge, 127 to 175 the trailing edge,
-/// as their spacing tells. Centimeter become millimeter, the radial Z becomes X.
+/// The published profiles of NASA Rotor 37 as a section file: points 1 to 25 and 277 to 300 are the leading
+/// edge, 127 to 175 the trailing edge, as their spacing tells. Centimeter become millimeter, the radial Z
+/// becomes X.
 fn rotor37(folder: &Path) -> String {
     let mut text = "section,part,x_mm,y_mm,z_mm\n".to_owned();
     for profile in 1..=6 {
@@ -71,11 +72,12 @@ fn sections_of_nasa_rotor_37_are_reproduced() {
             between = between.max(half.foot(p).distance);
         }
     }
-    // The published points themselves scatter: every second one lies some tenths to five micrometers beside the curve through the others, all along
-    // the sides, whatever the curve.
+    // The published points themselves scatter: every second one lies some tenths to five micrometers beside
+    // the curve through the others, all along the sides, whatever the curve.
     assert!(between < 6e-3, "{between}");
     scatter(&sections);
-    // Its edges are round: the leading edge of the root has a radius of some tenths of a millimeter and no concave place.
+    // Its edges are round: the leading edge of the root has a radius of some tenths of a millimeter and no
+    // concave place.
     let breaks = blade.breaks();
     for k in 0..=200 {
         let u = breaks[0] + (breaks[1] - breaks[0]) * f64::from(k) / 200.0;
@@ -84,8 +86,8 @@ fn sections_of_nasa_rotor_37_are_reproduced() {
     }
 }
 
-/// Where a polynomial through `degree + 1` points beside each point of a side, the nearest at `stride` places, misses it square to the side: root mean
-/// square, mm (Lagrange's form over the chord length).
+/// Where a polynomial through `degree + 1` points beside each point of a side, the nearest at `stride`
+/// places, misses it square to the side: root mean square, mm (Lagrange's form over the chord length).
 fn left_out(side: &[Point], degree: usize, stride: usize) -> f64 {
     let mut length = vec![0.0];
     for pair in side.windows(2) {
@@ -108,8 +110,9 @@ fn left_out(side: &[Point], degree: usize, stride: usize) -> f64 {
     (sum / f64::from(count)).sqrt()
 }
 
-/// What the published points allow between them. Of a curve with smooth curvature a cubic through neighbors misses 2^4 times as much at twice the
-/// spacing, and a polynomial of degree seven 2^8 times, and far less altogether: the ellipse shows it. The points of the rotor do not.
+/// What the published points allow between them. Of a curve with smooth curvature a cubic through neighbors
+/// misses 2^4 times as much at twice the spacing, and a polynomial of degree seven 2^8 times, and far less
+/// altogether: the ellipse shows it. The points of the rotor do not.
 fn scatter(sections: &[PointedSection]) {
     let ellipse: Vec<Point> = (0..100)
         .map(|k| {

@@ -1,6 +1,7 @@
-//! Cost of one piece of motion: a finishing pass of 0.02 mm pieces, all five joints moving, over a vise on the table of a
-//! shipped machine, with a tool of a shipped library; and a table that turns sixty times under it. Proved pose checks a second are pieces of which all
-//! pairs are proved to keep their clearance, by processor time of one thread.
+//! Cost of one piece of motion: a finishing pass of 0.02 mm pieces, all five joints moving, over a vise on
+//! the table of a shipped machine, with a tool of a shipped library; and a table that turns sixty times under
+//! it. Proved pose checks a second are pieces of which all pairs are proved to keep their clearance, by
+//! processor time of one thread.
 #![allow(missing_docs, clippy::print_stdout, reason = "the macros make items without documentation; a bench prints")]
 
 use std::hint::black_box;

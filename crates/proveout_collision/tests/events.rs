@@ -1,14 +1,17 @@
 //! Injected events with closed forms: thin grazes, swings past an edge, cut corners, bodies inside of others.
 //!
-//! `PROVEOUT_EVENTS=10000 cargo test -p proveout_collision --test collision events::` runs ten thousand of them; without the variable it is a hundredth.
+//! `PROVEOUT_EVENTS=10000 cargo test -p proveout_collision --test collision events::` runs ten thousand of
+//! them; without the variable it is a hundredth.
 //!
-//! Corners that the generator visits: overlaps and misses from 1 to 100 micrometers, in equal shares of the decades; walls of 0.2 mm; grazes along a
-//! wall and over its top; swings of 90 to 350 degrees in both senses; corners passed at any angle within their normal cone, and
-//! motions of 400 mm in one piece; motions split into 1 to 6 unequal pieces; any direction in the plane; the clearance zero and above;
-//! bodies inside that stand still or move along.
+//! Corners that the generator visits: overlaps and misses from 1 to 100 micrometers, in equal shares of the
+//! decades; walls of 0.2 mm; grazes along a wall and over its top; swings of 90 to 350 degrees in both
+//! senses; corners passed at any angle within their normal cone, and motions of 400 mm in one piece; motions
+//! split into 1 to 6 unequal pieces; any direction in the plane; the clearance zero and above; bodies inside
+//! that stand still or move along.
 //!
-//! Of every event it is known whether the parts meet, and when first. Those that meet are found, never late, and no further apart than what is
-//! stated: 0.2 micrometers, and 1e-5 mm for rounding. Those that miss are not named.
+//! Of every event it is known whether the parts meet, and when first. Those that meet are found, never late,
+//! and no further apart than what is stated: 0.2 micrometers, and 1e-5 mm for rounding. Those that miss are
+//! not named.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
@@ -20,8 +23,8 @@ use proveout_tool::{Cutter, HolderSection, Tool, ToolBuilder};
 
 use crate::common::Random;
 
-/// Nearness that counts as a touch, mm: the tolerance of the advancement (2e-4), the slack for rounding (1e-5), and what a proved distance of a
-/// tool may be below the true one (1e-7).
+/// Nearness that counts as a touch, mm: the tolerance of the advancement (2e-4), the slack for rounding
+/// (1e-5), and what a proved distance of a tool may be below the true one (1e-7).
 const STATED_MM: f64 = 2.102e-4;
 const GAUGE: f64 = 120.0;
 /// Radius of the cutter, mm.
@@ -88,8 +91,9 @@ fn turned(p: Point, turn: f64) -> Point {
     Pose::from_axis_angle(&Vector::z(), turn).point(&p)
 }
 
-/// A circle of radius R moves along a straight way past a point: `depth` is how far it reaches over it at the nearest place, `foot` the way
-/// to there and `length` the whole way. Gives the first touch and the distance over time.
+/// A circle of radius R moves along a straight way past a point: `depth` is how far it reaches over it at the
+/// nearest place, `foot` the way to there and `length` the whole way. Gives the first touch and the distance
+/// over time.
 fn past_a_point(depth: f64, foot: f64, length: f64) -> (Option<f64>, Box<dyn Fn(f64) -> f64>) {
     let miss = R - depth;
     let first = (depth > 0.0).then(|| (foot - (R * R - miss * miss).sqrt()) / length);
@@ -125,7 +129,8 @@ fn swing(random: &mut Random, depth: f64) -> Event {
     let corner = end.hypot(half);
     let center = corner + R - depth;
     let swing = random.next(90.0, 350.0_f64).to_radians();
-    // How long before the middle of the cutter the middle of the wall stands at the begin: the cutter is clear of it at both ends.
+    // How long before the middle of the cutter the middle of the wall stands at the begin: the cutter is
+    // clear of it at both ends.
     let clear = 1.2 * (R / center).asin() + 0.1;
     let begin = random.next(clear, swing - clear);
     let sense = if random.pick(2) == 0 { 1.0 } else { -1.0 };
@@ -146,7 +151,8 @@ fn swing(random: &mut Random, depth: f64) -> Event {
 fn corner(random: &mut Random, depth: f64) -> Event {
     let turn = random.next(0.0, TAU);
     let body = fixture([0.0, 0.0, 0.0], [50.0, 40.0, 65.0], turn);
-    // The normal of the way points out of the corner at the origin, so far between the two faces (0.18 radian) that the edge is met first.
+    // The normal of the way points out of the corner at the origin, so far between the two faces (0.18
+    // radian) that the edge is met first.
     let normal = random.next(std::f64::consts::PI + 0.2, std::f64::consts::PI + FRAC_PI_2 - 0.2);
     let (s, c) = normal.sin_cos();
     let (out, along) = (Vector::new(c, s, 0.0), Vector::new(-s, c, 0.0));

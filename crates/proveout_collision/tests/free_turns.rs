@@ -20,7 +20,8 @@ fn pose(turn: &BallTurn, center: Point, angle: f64, radius: f64) -> ToolPose {
     ToolPose { tip: center - axis * radius, axis }
 }
 
-/// A post beside a wall: what is told to be free is free for every center of the drift, and what is not is met a little farther on.
+/// A post beside a wall: what is told to be free is free for every center of the drift, and what is not is
+/// met a little farther on.
 #[test]
 fn free_angles_are_free_and_end_where_the_tool_meets_the_solids() {
     let tool = tool();
@@ -57,7 +58,8 @@ fn free_angles_are_free_and_end_where_the_tool_meets_the_solids() {
                 }
             }
         }
-        // Just outside of an interval some center of the drift is too near, by the angle of the smallest pieces and the drift over the distance.
+        // Just outside of an interval some center of the drift is too near, by the angle of the smallest
+        // pieces and the drift over the distance.
         for [from, to] in free.iter().filter(|i| i[1] - i[0] < TAU - 1e-6) {
             for angle in [from - 0.05, to + 0.05] {
                 let places = [-1.0, 0.0, 1.0].iter().flat_map(|x| [-1.0, 0.0, 1.0].map(|z| Vector::new(*x, 0.0, z)));

@@ -437,7 +437,8 @@ fn bad_input_is_refused_or_counts_as_a_collision() {
     assert!(!new.is_empty() && check.breaches()[new].iter().all(|b| b.severity == Severity::QueryFailed));
 }
 
-/// Of a mesh with a hole the surface counts, and nobody says that something is inside; a solid that holds it is still told.
+/// Of a mesh with a hole the surface counts, and nobody says that something is inside; a solid that holds it
+/// is still told.
 #[test]
 fn an_open_mesh_has_a_surface_and_no_inside() {
     let machine = machine();

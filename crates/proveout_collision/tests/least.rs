@@ -59,9 +59,10 @@ fn in_range(span: &ProvedSpan, q: &JointValues) -> bool {
     (0..q.0.len()).all(|j| span.low[j] - 1e-12 <= q[j] && q[j] <= span.high[j] + 1e-12)
 }
 
-/// Random motion of shipped machines that speeds up and brakes within each piece: every span holds at times within it, by the distances of the
-/// solids; spans follow each other without a gap; at every moment the joints are in the range of one of its time; and the least distance is known to
-/// a micrometer where it is small.
+/// Random motion of shipped machines that speeds up and brakes within each piece: every span holds at times
+/// within it, by the distances of the solids; spans follow each other without a gap; at every moment the
+/// joints are in the range of one of its time; and the least distance is known to a micrometer where it is
+/// small.
 #[test]
 fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
     let mut random = Random::new(0x2545_f491_4f6c_dd1d);
@@ -149,8 +150,9 @@ fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
     println!("{cut} looks into short spans");
 }
 
-/// A fin on a table that turns towards a pillar on the base and back: at all turns it would hit it, so that turns must be followed, and pieces cut to tell
-/// the least distance to a micrometer. Distances of the solids at many moments hold every span.
+/// A fin on a table that turns towards a pillar on the base and back: at all turns it would hit it, so that
+/// turns must be followed, and pieces cut to tell the least distance to a micrometer. Distances of the solids
+/// at many moments hold every span.
 #[test]
 fn turns_are_followed_where_the_hull_of_all_of_them_is_too_near() {
     let machine = machine("bc-trunnion");
@@ -231,8 +233,9 @@ fn a_finishing_pass_takes_few_spans() {
     assert!(near.clone().all(|p| p.measured.is_some_and(|m| m - p.proved <= 1.6e-3)));
 }
 
-/// A table that turns below bearings and walls of fine meshes, all far away, and a tool near a post: what is far must not use up what the proof may
-/// cost. (When each look at two meshes was exact, however far apart they were, 1,117 looks at bearing caps 234 mm from the table took 5.6 s.)
+/// A table that turns below bearings and walls of fine meshes, all far away, and a tool near a post: what is
+/// far must not use up what the proof may cost. (When each look at two meshes was exact, however far apart
+/// they were, 1,117 looks at bearing caps 234 mm from the table took 5.6 s.)
 #[test]
 fn meshes_that_turn_far_from_each_other_cost_little() {
     let machine = machine("bc-trunnion");

@@ -1,14 +1,17 @@
 //! Needles and plates at known small distances from the parts of a tool: nothing that keeps apart is called a contact.
 //!
-//! `PROVEOUT_NEEDLES=5000 cargo test -p proveout_collision --test collision needles::` makes five thousand of each kind; without the variable it is a hundredth.
+//! `PROVEOUT_NEEDLES=5000 cargo test -p proveout_collision --test collision needles::` makes five thousand of
+//! each kind; without the variable it is a hundredth.
 //!
-//! A long thin body is put at its distance by construction. At a point of the tool with outward normal n (on a face, the side of a cylinder or cone, a rim) a
-//! box is turned at random until one of its corners, edges or faces is its lowest along n, and shifted until that lies at the distance. Two parallel planes
-//! then have the tool on one side and the box on the other, so that the distance is exact.
+//! A long thin body is put at its distance by construction. At a point of the tool with outward normal n (on
+//! a face, the side of a cylinder or cone, a rim) a box is turned at random until one of its corners, edges
+//! or faces is its lowest along n, and shifted until that lies at the distance. Two parallel planes then have
+//! the tool on one side and the box on the other, so that the distance is exact.
 //!
-//! Motions: the tool goes straight along a direction across n, through the place in the middle of its way. The distance of two convex bodies along a
-//! straight way is convex, so that it is least in the middle. Or the table turns about an axis through the needle's nearest place, along n: there the planes
-//! turn into themselves.
+//! Motions: the tool goes straight along a direction across n, through the place in the middle of its way.
+//! The distance of two convex bodies along a straight way is convex, so that it is least in the middle. Or
+//! the table turns about an axis through the needle's nearest place, along n: there the planes turn into
+//! themselves.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -66,7 +69,8 @@ fn tool(kind: usize) -> Tool {
         .expect("tool")
 }
 
-/// A point of the tool over its tip and an outward normal there: on the bottom, on its rim or round corner, on the side.
+/// A point of the tool over its tip and an outward normal there: on the bottom, on its rim or round corner,
+/// on the side.
 fn place(random: &mut Random, kind: usize) -> (Point, Vector) {
     let (radius, corner) = [(10.0, 0.0), (10.0, 3.0), (3.0, 0.0)][kind];
     let angle = random.next(0.0, TAU);
@@ -172,8 +176,8 @@ fn a_needle_beside_the_tool_has_its_distance() {
     }
 }
 
-/// Straight past a needle, and with a needle that turns beside the tool. A gap of micrometers that lasts over a whole turn takes seconds to
-/// prove, step by step, so that there are fewer of these.
+/// Straight past a needle, and with a needle that turns beside the tool. A gap of micrometers that lasts over
+/// a whole turn takes seconds to prove, step by step, so that there are fewer of these.
 #[test]
 fn a_needle_that_is_passed_is_no_contact() {
     let mut random = Random::new(0x9e37_79b9_7f4a_7c15);

@@ -16,8 +16,8 @@ fn machines() -> Vec<(String, Machine)> {
     folders.iter().map(|p| (name(p), Machine::read(p).unwrap_or_else(|e| panic!("{e}")))).collect()
 }
 
-/// From home each joint through its travel alone: nothing is invented where bodies bear on each other, and no body is left out as a whole
-/// but those that do nothing else, as carriages round their rails.
+/// From home each joint through its travel alone: nothing is invented where bodies bear on each other, and no
+/// body is left out as a whole but those that do nothing else, as carriages round their rails.
 #[test]
 fn neighbors_of_shipped_machines_keep_clear_of_each_other() {
     let (mut checked, mut guides) = (0, 0);
@@ -83,7 +83,8 @@ fn together(parts: &[TriMesh]) -> TriMesh {
     all
 }
 
-/// A trunnion whose journals run in solid bearings of its carriage, with an arm of 200 x 20 mm from the axis, over a cover of the carriage.
+/// A trunnion whose journals run in solid bearings of its carriage, with an arm of 200 x 20 mm from the axis,
+/// over a cover of the carriage.
 fn trunnion(cover: f64) -> Machine {
     machine(|m| {
         let along_x = Pose::from_axis_angle(&Vector::y(), std::f64::consts::FRAC_PI_2);
@@ -174,8 +175,8 @@ fn a_carriage_that_runs_against_its_stop_is_found_at_its_place() {
     assert!(check.breaches().is_empty(), "{:?}", check.breaches());
 }
 
-/// A stop of any height on the rail of a slide, screwed on from above or from a side: it is met at its place, however low it is. The zone that is left out round
-/// what bears would swallow it.
+/// A stop of any height on the rail of a slide, screwed on from above or from a side: it is met at its place,
+/// however low it is. The zone that is left out round what bears would swallow it.
 #[test]
 fn a_stop_on_the_rail_is_found_at_its_place() {
     for (k, height) in [2.0, 3.0, 5.0, 8.0, 10.0, 12.0, 15.0, 25.0].into_iter().enumerate() {

@@ -1,5 +1,5 @@
-//! Regions of the tool axis at a contact against closed forms, and against points of the tool in dense poses, whose distances from
-//! boxes share no code with the search.
+//! Regions of the tool axis at a contact against closed forms, and against points of the tool in dense poses,
+//! whose distances from boxes share no code with the search.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail by panic; counts are worth seeing")]
 
@@ -40,7 +40,8 @@ fn space(tool: &Tool, solids: &[(Aabb, bool)], settings: &OrientationSettings) -
     OrientationSpace::new(tool, &solids, settings).unwrap()
 }
 
-/// Leaning from the normal with a yaw, the axes up to a limit are free and those beyond it blocked, but for a finest cell.
+/// Leaning from the normal with a yaw, the axes up to a limit are free and those beyond it blocked, but for a
+/// finest cell.
 fn assert_limit(map: &OrientationMap, yaw: f64, limit: f64, to: f64) {
     for k in 0..=900 {
         let tilt = f64::from(k) * 1e-3 * FRAC_PI_2 / 0.9;
@@ -85,8 +86,8 @@ fn a_shank_in_a_straight_slot_leans_as_far_as_its_edges_let_it() {
         ];
         let map = space(&tool, &solids, &OrientationSettings { clearance, ..settings }).map(&on_floor()).unwrap();
         assert_eq!(map.refusal(), None);
-        // The upper edge of a wall, seen from the ball center: `half` aside and `depth - 3` up; its distance from the axis is that
-        // times (cos, -sin) of the tilt. Its foot stands far above the flutes.
+        // The upper edge of a wall, seen from the ball center: `half` aside and `depth - 3` up; its distance
+        // from the axis is that times (cos, -sin) of the tilt. Its foot stands far above the flutes.
         let limit = ((3.0 + clearance) / half.hypot(depth - 3.0)).asin();
         let limit = (half / (depth - 3.0)).atan() - limit;
         for yaw in [FRAC_PI_2, -FRAC_PI_2] {
@@ -105,7 +106,8 @@ fn a_shank_near_a_wall_leans_towards_it_as_far_as_its_side_lets_it() {
         (cuboid([-400.0, 5.0, 0.0], [400.0, 60.0, 300.0]), false),
     ];
     let map = space(&tool, &solids, &wide()).map(&on_floor()).unwrap();
-    // A wall taller than the tool: the top rim of the shank (in the plane of the lean) comes near first, or the flutes where they end.
+    // A wall taller than the tool: the top rim of the shank (in the plane of the lean) comes near first, or
+    // the flutes where they end.
     let top = tool.bodies.iter().map(|b| b.profile.z_max()).fold(0.0, f64::max) - 4.0;
     let limit = crossing(|t| 5.0 - 0.2 - (top * t.sin() + 4.0 * t.cos()));
     assert!(limit > 0.001 && limit < 0.2, "{limit}");
@@ -172,7 +174,8 @@ fn a_cutter_in_a_fillet_is_as_round_as_it_must_be() {
     };
     assert_eq!(free.map(&torus(20.0, 2.9)).unwrap().refusal(), Some(Refusal::Curvature));
     assert_eq!(free.map(&torus(20.0, 3.1)).unwrap().refusal(), None);
-    // Bull-nose R5 r1 leaning along the feed: across it the curvature is sin t / (4 + sin t), which must reach 1/radius.
+    // Bull-nose R5 r1 leaning along the feed: across it the curvature is sin t / (4 + sin t), which must
+    // reach 1/radius.
     let bull = ToolBuilder::new(2, "BULL", Cutter::bull_nose(10.0, 1.0).unwrap(), 12.0, 120.0).build().unwrap();
     let free = space(&bull, &[], &settings);
     for radius in [6.0, 9.0, 20.0] {
@@ -219,8 +222,8 @@ fn from_box(p: &Point, b: &Aabb) -> f64 {
     if outside > 0.0 { outside } else { off.iter().copied().fold(f64::MIN, f64::max) }
 }
 
-/// Least distance from boxes, of the parts that do not cut and of the cutter from what it does not cut; and the depth of the cutter in
-/// what it cuts.
+/// Least distance from boxes, of the parts that do not cut and of the cutter from what it does not cut; and
+/// the depth of the cutter in what it cuts.
 fn sampled(rings: &[(Role, f64, f64)], pose: &ToolPose, solids: &[(Aabb, bool)]) -> (f64, f64) {
     let u = pose.axis.cross(&if pose.axis.x.abs() < 0.8 { Vector::x() } else { Vector::y() }).normalize();
     let v = pose.axis.cross(&u);
@@ -257,9 +260,10 @@ fn no_pose_of_a_free_cell_touches_and_none_of_a_blocked_one_is_clear() {
     let (mut tried, mut free, mut blocked, mut unknown, mut refused) = (0, 0, 0, 0, 0);
     let mut scene = 0;
     while tried < poses {
-        // Corners of the generator: every kind of cutter; contacts on the floor, beside a wall (down to where the ball does not fit),
-        // on the edge of the floor and on a wall with its normal aside; walls that are cut and others, thin ones, one over the
-        // contact, one far away; no gouge allowance to speak of, no clearance; tilts at 0, at the limit, and yaws at the seam.
+        // Corners of the generator: every kind of cutter; contacts on the floor, beside a wall (down to where
+        // the ball does not fit), on the edge of the floor and on a wall with its normal aside; walls that
+        // are cut and others, thin ones, one over the contact, one far away; no gouge allowance to speak of,
+        // no clearance; tilts at 0, at the limit, and yaws at the seam.
         let tool = &tools[scene % tools.len()];
         let settings = OrientationSettings {
             finest_cell: [1.0_f64, 2.0, 4.0][scene % 3].to_radians(),
@@ -412,8 +416,8 @@ fn a_walk_finds_what_each_contact_finds_alone() {
             let off = (cold.shares()[0] - warm.shares()[0]).abs();
             assert!(off < 1e-2, "{off}");
         }
-        // A ball's center is known to be outside from the contact before, a bull-nose's neighborhood reaches to the next ones.
-        // The twelve contacts of the ball are 0.36 mm apart, its center 3 mm from the hub.
+        // A ball's center is known to be outside from the contact before, a bull-nose's neighborhood reaches
+        // to the next ones. The twelve contacts of the ball are 0.36 mm apart, its center 3 mm from the hub.
         let cold = if tool.name == "BALL" { 2 } else { 1 };
         assert_eq!(walk.counts(), [cold, contacts.len() - cold], "{}", tool.name);
         assert!(differing < 10 * contacts.len(), "{differing} of {}", 300 * contacts.len());

@@ -1,11 +1,13 @@
-//! Bodies against the in-process stock: injected events whose truth is a closed form, half of them hits by 1 to 100 micrometers, half of them
-//! misses that begin at the stated error.
+//! Bodies against the in-process stock: injected events whose truth is a closed form, half of them hits by 1
+//! to 100 micrometers, half of them misses that begin at the stated error.
 //!
-//! 25 by default, as many as `PROVEOUT_STOCK_EVENTS` says else (`PROVEOUT_STOCK_EVENTS=2500 cargo test --workspace --test collision stock_events::`).
-//! The generator visits: fins of 0.2 to 1 mm, thinner and thicker than a cell, grazed at their upper edge and at their end; pins, upright and
-//! turned any way against the rays, passed sideways and swung past by 90 to 350 degrees, also where the swing does not reach; walls
-//! that are run at; material inside of a solid body and in the cavity of a hollow one. Cells of another edge along each axis, no multiple of the stock;
-//! a raw box that is far larger than the material that is grazed, so that it does not decide.
+//! 25 by default, as many as `PROVEOUT_STOCK_EVENTS` says else (`PROVEOUT_STOCK_EVENTS=2500 cargo test
+//! --workspace --test collision stock_events::`). The generator visits: fins of 0.2 to 1 mm, thinner and
+//! thicker than a cell, grazed at their upper edge and at their end; pins, upright and turned any way against
+//! the rays, passed sideways and swung past by 90 to 350 degrees, also where the swing does not reach; walls
+//! that are run at; material inside of a solid body and in the cavity of a hollow one. Cells of another edge
+//! along each axis, no multiple of the stock; a raw box that is far larger than the material that is grazed,
+//! so that it does not decide.
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
 use std::path::Path;
@@ -220,7 +222,8 @@ fn event(random: &mut Random, family: u32) -> Event {
     }
 }
 
-/// An upright round pin, 16 mm high, on a table at a place; its rays are turned any way, and the box of the raw stock with them.
+/// An upright round pin, 16 mm high, on a table at a place; its rays are turned any way, and the box of the
+/// raw stock with them.
 fn pin(random: &mut Random, place: [f64; 2], radius: f64, cells: [f64; 3]) -> (Pose, TriDexel) {
     let axis = Vector::new(random.next(-1.0, 1.0), random.next(-1.0, 1.0), random.next(-1.0, 1.0)).normalize();
     let turn = if random.yes() { Pose::identity() } else { Pose::from_axis_angle(&axis, random.next(0.0, 3.0)) };
@@ -276,8 +279,8 @@ fn cylinder(radius: f64, height: f64) -> Profile {
     Profile::new(corners.windows(2).map(|w| Segment::Line { from: w[0], to: w[1] }).collect()).expect("a cylinder")
 }
 
-/// A head follows the cutter through a slot that the cutter has just cut, in one stretch: what is gone is no obstacle. A slot that is too narrow
-/// is one, from its first motion on.
+/// A head follows the cutter through a slot that the cutter has just cut, in one stretch: what is gone is no
+/// obstacle. A slot that is too narrow is one, from its first motion on.
 #[test]
 fn material_that_was_cut_before_is_no_obstacle() {
     for (width, meets) in [(10.0, false), (6.5, true)] {
@@ -315,7 +318,8 @@ fn material_that_was_cut_before_is_no_obstacle() {
         assert_eq!(check.motions(), 60);
         let found = check.breaches();
         if meets {
-            // The face of the head is 20 mm behind the tip; the slot's side walls, 3.5 mm from its middle, are 3.5 - 3.25 = 0.25 mm too near.
+            // The face of the head is 20 mm behind the tip; the slot's side walls, 3.5 mm from its middle,
+            // are 3.5 - 3.25 = 0.25 mm too near.
             assert_eq!(found.len(), 1, "{found:?}");
             assert!((33.5..=35.0).contains(&found[0].time), "{found:?}");
         } else {
@@ -324,8 +328,9 @@ fn material_that_was_cut_before_is_no_obstacle() {
     }
 }
 
-/// A table that turns flush in its cradle: no collision, whichever way it turns; a cheek that stands up beside the stock is still seen, also by a
-/// plate of 1 mm, which is all in the layer (1.57 mm) that counts for nothing against the cradle's face.
+/// A table that turns flush in its cradle: no collision, whichever way it turns; a cheek that stands up
+/// beside the stock is still seen, also by a plate of 1 mm, which is all in the layer (1.57 mm) that counts
+/// for nothing against the cradle's face.
 #[test]
 fn a_cradle_flush_with_the_table_is_no_collision_and_its_cheek_is() {
     for (cheek, height) in [(None, 30.0), (Some(25.0), 30.0), (None, 1.0), (Some(25.0), 1.0)] {
@@ -409,8 +414,8 @@ fn a_start_in_collision_and_joints_that_are_no_numbers_are_named() {
     assert_eq!(check.breaches()[0].end_time, Some(2.0), "proved clear again");
 }
 
-/// The head stays 3 mm above the block on the straight motion, less the diagonal; joints that may leave it by more than the rest are no
-/// longer clear, and those that may leave it by less are.
+/// The head stays 3 mm above the block on the straight motion, less the diagonal; joints that may leave it by
+/// more than the rest are no longer clear, and those that may leave it by less are.
 #[test]
 fn joints_that_leave_the_straight_motion_are_held_against_the_distance() {
     let mut machine = machine();

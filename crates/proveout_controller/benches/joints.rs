@@ -1,8 +1,9 @@
-//! Blocks planned a second where the joints rule the time, not the feed: a five-axis raster over waves whose flanks turn the tool axis
-//! by up to 3.8 degrees in a block of 0.5 mm.
+//! Blocks planned a second where the joints rule the time, not the feed: a five-axis raster over waves whose
+//! flanks turn the tool axis by up to 3.8 degrees in a block of 0.5 mm.
 //!
-//! The first line of each row tells what is planned, with the processor's instructions to be counted from outside
-//! (`perf stat -e instructions:u`). `JOINTS_BLOCKS` gives another number of blocks than 6,000; 61,759 are a whole blade.
+//! The first line of each row tells what is planned, with the processor's instructions to be counted from
+//! outside (`perf stat -e instructions:u`). `JOINTS_BLOCKS` gives another number of blocks than 6,000; 61,759
+//! are a whole blade.
 
 #![expect(clippy::print_stdout, reason = "figures for people who read the output")]
 
@@ -24,8 +25,8 @@ const PASS: f64 = 40.0;
 const WAVE: f64 = 20.0;
 const STEEPEST_DEG: f64 = 24.2;
 
-/// Tip and tool axis along the raster. Each pass has its own phase and height of the waves, so that no two are alike, and leans the tool
-/// across by some degrees, which makes the second rotary axis follow.
+/// Tip and tool axis along the raster. Each pass has its own phase and height of the waves, so that no two
+/// are alike, and leans the tool across by some degrees, which makes the second rotary axis follow.
 fn raster(blocks: usize) -> Vec<([f64; 3], [f64; 3])> {
     let a_pass = (PASS / STEP) as usize;
     (0..=blocks)

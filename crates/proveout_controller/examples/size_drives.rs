@@ -1,6 +1,6 @@
-//! Drives for machines without published drive data: `size_drives [--write] machines/NAME ...` prints the `[joint.drive]`
-//! tables that the rule of `servo::size_drives` gives; `--write` puts them into `machine.toml`, in the place of those that
-//! are there.
+//! Drives for machines without published drive data: `size_drives [--write] machines/NAME ...` prints the
+//! `[joint.drive]` tables that the rule of `servo::size_drives` gives; `--write` puts them into
+//! `machine.toml`, in the place of those that are there.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program prints")]
 
 use std::{path::Path, process::ExitCode};

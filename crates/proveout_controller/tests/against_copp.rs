@@ -1,5 +1,7 @@
-//! The time of the plan against another program: TOPP3-LP of copp 0.2.3 (TOPP-THU, on the solver Clarabel) on 26 curves from rest to rest, with velocity, acceleration and jerk of
-//! three joints. Its times stand in `reference/copp_topp3.csv`, which `reference/copp_topp3.py` has written: copp is no dependency, so that nothing is built for it.
+//! The time of the plan against another program: TOPP3-LP of copp 0.2.3 (TOPP-THU, on the solver Clarabel) on
+//! 26 curves from rest to rest, with velocity, acceleration and jerk of three joints. Its times stand in
+//! `reference/copp_topp3.csv`, which `reference/copp_topp3.py` has written: copp is no dependency, so that
+//! nothing is built for it.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -12,12 +14,13 @@ use proveout_nc::{Op, SplineMotion};
 /// A feed that no curve reaches: joints bind, mm/s.
 const FEED: f64 = 1000.0;
 
-/// Stations of the other program lie close enough on this many curves; on the longer ones behind them its iteration does not come to its end, and it takes
-/// up to five percent longer.
+/// Stations of the other program lie close enough on this many curves; on the longer ones behind them its
+/// iteration does not come to its end, and it takes up to five percent longer.
 const SHORT: usize = 20;
 
-/// No curve takes longer than the other program finds, and none of the shorter ones much less: that keeps its limits at stations alone and begins
-/// and ends with a piece of its own. The search of the long curves goes by chunks, which must see far enough ahead.
+/// No curve takes longer than the other program finds, and none of the shorter ones much less: that keeps its
+/// limits at stations alone and begins and ends with a piece of its own. The search of the long curves goes
+/// by chunks, which must see far enough ahead.
 #[test]
 fn curves_take_the_time_that_another_program_finds() {
     let machine = bc_machine();
@@ -38,7 +41,8 @@ fn curves_take_the_time_that_another_program_finds() {
         let curve = SplineMotion { motion: motion(&[('X', x), ('Y', y), ('Z', z)]), control, control_base: control };
         let program = Program::default().exact_stop().feed(FEED).op(Op::Spline(curve));
         let run = run_with(&program, &machine, &[tool(1, 120.0)], &Settings::default());
-        // Its iteration does not always come to its end on the finer grid: the shorter of both times is the one that it found.
+        // Its iteration does not always come to its end on the finer grid: the shorter of both times is the
+        // one that it found.
         let other = row[9].min(row[10]);
         let block = run.all.blocks.iter().find(|b| b.feed > 0.0).expect("the curve");
         let own = block.end_time - block.start_time;

@@ -1,5 +1,5 @@
-//! What is not a number is refused at its block, wherever it stands; limits that nobody has stated are named and do not stop
-//! the plan.
+//! What is not a number is refused at its block, wherever it stands; limits that nobody has stated are named
+//! and do not stop the plan.
 
 use crate::common;
 use crate::common::{Program, axes, bc_machine, motion, run, tool};
@@ -160,8 +160,8 @@ fn limits_that_are_not_stated_are_named_and_the_rest_is_kept() {
         assert_eq!(named, [("X", false), ("Y", false)], "those two and no other");
         let missing = |u: &proveout_controller::UnlimitedJoint| (u.acceleration, u.jerk) == (!acceleration, !jerk);
         assert!(out.summary.unlimited_joints.iter().all(missing), "{:?}", out.summary.unlimited_joints);
-        // Fewer limits take no longer, but for the gap at which the search of a tempo ends (5e-6 of the time seen), and what is
-        // limited stays so (0.1 percent, the promise of the planner).
+        // Fewer limits take no longer, but for the gap at which the search of a tempo ends (5e-6 of the time
+        // seen), and what is limited stays so (0.1 percent, the promise of the planner).
         let (a, b) = (out.summary.total_s, full.summary.total_s);
         assert!(a <= b * (1.0 + 1e-4), "{acceleration} {jerk}: {a} {b}");
         for (j, joint) in machine.joints.iter().enumerate() {

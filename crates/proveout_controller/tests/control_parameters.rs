@@ -1,5 +1,5 @@
-//! What parameters of a control decide about the motion: the position on a tilted plane, the time of blocks that turn rotary axes,
-//! blocks without a way, and the contour error of the drives.
+//! What parameters of a control decide about the motion: the position on a tilted plane, the time of blocks
+//! that turn rotary axes, blocks without a way, and the contour error of the drives.
 
 use crate::common;
 use std::path::Path;

@@ -14,8 +14,8 @@ use proveout_path::HelicalPass;
 use proveout_reschedule::{CuttingBlock, CuttingRun, Method, STheta, Surroundings};
 use proveout_tool::Cutter;
 
-/// Original and re-scheduled poses of a pass round the stand-in blade of the s-theta specification, and the way of the ball
-/// center to each block.
+/// Original and re-scheduled poses of a pass round the stand-in blade of the s-theta specification, and the
+/// way of the ball center to each block.
 fn passes() -> (Vec<ToolPose>, Vec<ToolPose>, Vec<f64>) {
     let spec = BladeSpec { section: CamberSection::stand_in(), length: 60.0, twist: 0.0, platform: None };
     let blade = Blade::new(spec).expect("a blade");

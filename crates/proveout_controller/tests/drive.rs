@@ -204,8 +204,8 @@ fn sines_come_out_with_the_amplitude_and_phase_of_the_transfer_function() {
     }
 }
 
-/// Stick and slip by explicit events on a grid of a microsecond (Runge-Kutta of fourth order between them): the oracle for
-/// friction.
+/// Stick and slip by explicit events on a grid of a microsecond (Runge-Kutta of fourth order between them):
+/// the oracle for friction.
 struct Oracle {
     x: f64,
     v: f64,
@@ -348,8 +348,8 @@ fn a_slow_reversal_under_proportional_control_jumps_by_twice_the_friction() {
     assert!((up - (lag + off)).abs() < 1e-9 && (down + lag + off).abs() < 1e-9, "{up} {down} {lag} {off}");
 }
 
-/// Hysteresis of the load over a slow triangle of 2 mm/s: load position on the way out minus on the way back at the same
-/// set point.
+/// Hysteresis of the load over a slow triangle of 2 mm/s: load position on the way out minus on the way back
+/// at the same set point.
 fn hysteresis(d: &Drive) -> f64 {
     let m = model(d, 2e-3);
     let v = 2.0;
@@ -408,9 +408,9 @@ fn a_saturated_drive_gives_its_force_and_no_more_and_comes_back() {
     }
     assert!(force <= 2000.0 * (1.0 + 1e-12) && force > 1999.0, "{force}");
     assert!(s.error().abs() < 1e-9 && s.velocity().abs() < 1e-9);
-    // Full force holds until Kv times the error is down to the velocity: (50 e)² = 2 a (100 - e). From there full braking
-    // takes v²/(2a) to stop, more than e. Windup would come on top of that overshoot: a tenth of it is allowed for the
-    // velocity loop's own answer.
+    // Full force holds until Kv times the error is down to the velocity: (50 e)² = 2 a (100 - e). From there
+    // full braking takes v²/(2a) to stop, more than e. Windup would come on top of that overshoot: a tenth of
+    // it is allowed for the velocity loop's own answer.
     let e = (a / 2500.0) * ((1.0 + 2.0 * 100.0 * 2500.0 / a).sqrt() - 1.0);
     let overshoot = (50.0 * e).powi(2) / (2.0 * a) - e;
     assert!(-lowest > 0.98 * overshoot && -lowest < 1.1 * overshoot, "{lowest} {overshoot}");

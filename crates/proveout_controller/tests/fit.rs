@@ -61,7 +61,8 @@ fn chords_of_a_curve_are_passed_at_the_feed_without_shaking_the_joints() {
         );
         assert!(slowest > 0.999 * feed, "{slowest} of {feed}");
         assert!(worst <= 0.01 + 1e-9, "{worst}");
-        // What the chords add to the curve's own jerk: waves of 4 percent of the curvature v^2/R at the frequency of the blocks.
+        // What the chords add to the curve's own jerk: waves of 4 percent of the curvature v^2/R at the
+        // frequency of the blocks.
         let waves = 0.04 * feed * feed * (1.0 / 40.0 + 5.0 * 9.0 / 1600.0) * std::f64::consts::TAU * feed / length;
         assert!(jerk < 2.0 * (own + waves) && jerk < 0.75 * limit, "{jerk} {own} {waves}");
         let use_of = limit_use(&run, &machine, 0.002);

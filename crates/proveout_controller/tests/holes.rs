@@ -1,4 +1,5 @@
-//! The depth that a program names is reached: all drilling cycles of the four languages, and reversals of every other kind.
+//! The depth that a program names is reached: all drilling cycles of the four languages, and reversals of
+//! every other kind.
 
 use std::path::Path;
 
@@ -268,7 +269,8 @@ fn every_drilling_cycle_of_every_language_reaches_every_depth_that_it_names() {
     });
 }
 
-/// A corner of each kind that turns back, at the end of `from` and the begin of `to`; the point must be on the path that is run.
+/// A corner of each kind that turns back, at the end of `from` and the begin of `to`; the point must be on
+/// the path that is run.
 #[test]
 fn corners_that_turn_back_by_170_degrees_and_more_are_reached() {
     let machine = bc_machine();
@@ -309,7 +311,8 @@ fn corners_that_turn_back_by_170_degrees_and_more_are_reached() {
     assert!(run.summary.max_contour_error_mm > 1e-3, "{}", run.summary.max_contour_error_mm);
 }
 
-/// Short blocks down and up again, straight and along a curve, with rough tolerances: the fit ends in the turning point.
+/// Short blocks down and up again, straight and along a curve, with rough tolerances: the fit ends in the
+/// turning point.
 #[test]
 fn fitted_runs_of_short_blocks_reach_their_turning_points() {
     let machine = bc_machine();
@@ -334,8 +337,9 @@ fn fitted_runs_of_short_blocks_reach_their_turning_points() {
     }
 }
 
-/// Rotary joints alone, with and without tool center point control; a table that turns back under a slide that goes on; and a slide that goes
-/// to and fro over a table that turns, which is a curve on the part and no reversal.
+/// Rotary joints alone, with and without tool center point control; a table that turns back under a slide
+/// that goes on; and a slide that goes to and fro over a table that turns, which is a curve on the part and
+/// no reversal.
 #[test]
 fn rotary_joints_that_turn_back_reach_their_angle() {
     let machine = bc_machine();
@@ -381,7 +385,8 @@ fn rotary_joints_that_turn_back_reach_their_angle() {
     assert!(slowest > 0.002, "C stands while X turns back: {slowest}");
 }
 
-/// Random plunges: directions of five axes with tool center point control, kinds of motion, tolerances, blocks before and behind.
+/// Random plunges: directions of five axes with tool center point control, kinds of motion, tolerances,
+/// blocks before and behind.
 #[test]
 fn random_plunges_reach_their_points() {
     let machine = bc_machine();

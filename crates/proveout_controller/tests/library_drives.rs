@@ -1,5 +1,5 @@
-//! The drives of the library machines: sized by the rule, strong enough, stable at every control cycle, and behind their
-//! set points by what the closed form says.
+//! The drives of the library machines: sized by the rule, strong enough, stable at every control cycle, and
+//! behind their set points by what the closed form says.
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -83,8 +83,8 @@ fn every_drive_can_make_every_motion_within_the_limits() {
     }
 }
 
-/// One joint after the other, over a good part of its travel at constant speed, at cycles from 0.5 to 10 ms: the drives come
-/// to rest, and with the feed-forward taken out each lags by its speed over Kv.
+/// One joint after the other, over a good part of its travel at constant speed, at cycles from 0.5 to 10 ms:
+/// the drives come to rest, and with the feed-forward taken out each lags by its speed over Kv.
 #[test]
 fn every_machine_is_stable_and_lags_by_speed_over_gain_at_every_cycle() {
     for mut machine in library().0 {

@@ -1,17 +1,18 @@
 //! The time of the plan against an independent optimum with jerk limits.
 //!
-//! The oracle takes the path as a table of joint positions and derivatives by *some* parameter p and looks for the fastest
-//! law p(t). With b = p.^2 and q' = dq/dp the chain rule gives
+//! The oracle takes the path as a table of joint positions and derivatives by *some* parameter p and looks
+//! for the fastest law p(t). With b = p.^2 and q' = dq/dp the chain rule gives
 //!
 //! ```text
 //!   q. = q' sqrt(b)     q.. = q' b'/2 + q'' b     q... = sqrt(b) (q' b''/2 + 3/2 q'' b' + q''' b)     T = integral dp / sqrt(b)
 //! ```
 //!
-//! (Verscheure et al. 2009 for the first two). The parameter is the time of the plan itself: then the derivatives are the
-//! samples of velocity, acceleration and jerk, the plan is b = 1, and a rest at both ends needs no care, since p. stays
-//! finite there. T is minimized by an interior point method (logarithmic barrier, Gauss-Newton steps on a band of five
-//! diagonals) from b slightly below 1. It shares no code with the planner and knows nothing of cells, chains and ramps. It
-//! finds a local optimum on a grid, with limits kept at the points of the grid.
+//! (Verscheure et al. 2009 for the first two). The parameter is the time of the plan itself: then the
+//! derivatives are the samples of velocity, acceleration and jerk, the plan is b = 1, and a rest at both ends
+//! needs no care, since p. stays finite there. T is minimized by an interior point method (logarithmic
+//! barrier, Gauss-Newton steps on a band of five diagonals) from b slightly below 1. It shares no code with
+//! the planner and knows nothing of cells, chains and ramps. It finds a local optimum on a grid, with limits
+//! kept at the points of the grid.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 

@@ -75,8 +75,9 @@ fn stairs_are_cut_at_the_feed_and_measured_on_the_path_that_is_run() {
     }
 }
 
-/// A control that blends with arcs of the largest radius that half a step allows needs pi/2 mm for each corner and stays within 0.75 mm; one that
-/// goes straight along the diagonal needs less still. Both are legal, and no bound may lie above them.
+/// A control that blends with arcs of the largest radius that half a step allows needs pi/2 mm for each
+/// corner and stays within 0.75 mm; one that goes straight along the diagonal needs less still. Both are
+/// legal, and no bound may lie above them.
 #[test]
 fn faster_paths_within_the_tolerance_do_not_beat_the_bound() {
     let machine = three_axis();
@@ -84,7 +85,8 @@ fn faster_paths_within_the_tolerance_do_not_beat_the_bound() {
     let s = run_with(&stairs(60, 0.75, feed), &machine, &[], &Settings::default()).summary;
     let bound = s.lower_bound_s.expect("bounded");
     let arcs = (59.0 * std::f64::consts::FRAC_PI_2 + 2.0) / feed;
-    // From the start to the middle line between both rows of corners within some steps, along it, and to the end: 0.7072 mm off at most.
+    // From the start to the middle line between both rows of corners within some steps, along it, and to the
+    // end: 0.7072 mm off at most.
     let diagonal = (60.0_f64.hypot(60.0) + 0.3) / feed;
     println!(
         "bound {bound:.3} s, arcs {arcs:.3} s, diagonal {diagonal:.3} s; on the path that is run {:?}",
@@ -95,8 +97,8 @@ fn faster_paths_within_the_tolerance_do_not_beat_the_bound() {
     assert!(s.path_bound_s.expect("bounded") > arcs, "the bound on one path is none for all");
 }
 
-/// Programs made of a smooth curve and noise within the tolerance: the curve itself is a legal path. Without limits of acceleration it takes
-/// its length over the feed.
+/// Programs made of a smooth curve and noise within the tolerance: the curve itself is a legal path. Without
+/// limits of acceleration it takes its length over the feed.
 #[test]
 fn the_curve_behind_a_noisy_program_is_never_faster_than_the_bound() {
     let mut machine = bc_machine();

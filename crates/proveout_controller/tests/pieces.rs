@@ -1,5 +1,6 @@
-//! Pieces against the true motion, looked at far more densely than they were cut: the tool between tip and gauge line, its edges, the
-//! joints. The true motion is that of samples at a tenth of a millisecond; forward kinematics are the machine's.
+//! Pieces against the true motion, looked at far more densely than they were cut: the tool between tip and
+//! gauge line, its edges, the joints. The true motion is that of samples at a tenth of a millisecond; forward
+//! kinematics are the machine's.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -12,7 +13,8 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 const LENGTH: f64 = 120.0;
 const EDGES: f64 = 20.0;
 
-/// Least over all places of the piece of the distance of `x`; `distance` is that of a place. Golden sections after a coarse look.
+/// Least over all places of the piece of the distance of `x`; `distance` is that of a place. Golden sections
+/// after a coarse look.
 fn nearest(distance: impl Fn(f64) -> f64) -> f64 {
     let n = 16;
     let best = (0..=n).min_by(|a, b| {
@@ -85,8 +87,9 @@ fn dense(program: &Program, machine: &Machine) -> Run {
     run_with(program, machine, &[tool(1, LENGTH)], &settings)
 }
 
-/// Lines of 0.05 to 20 mm with turns up to a radian, waves through the pole of C, tolerances from 1 to 100 micrometers; reversals of single
-/// joints at every corner and within blocks (linear joints behind turning ones).
+/// Lines of 0.05 to 20 mm with turns up to a radian, waves through the pole of C, tolerances from 1 to 100
+/// micrometers; reversals of single joints at every corner and within blocks (linear joints behind turning
+/// ones).
 #[test]
 fn the_true_motion_keeps_the_bounds_of_its_pieces() {
     let machine = bc_machine();
@@ -122,8 +125,8 @@ fn the_true_motion_keeps_the_bounds_of_its_pieces() {
     });
 }
 
-/// A half turn of B about a still tip: the linear joints run on an arc about the axis of B, whose height over a chord of angle a is
-/// r (1 - cos a/2).
+/// A half turn of B about a still tip: the linear joints run on an arc about the axis of B, whose height over
+/// a chord of angle a is r (1 - cos a/2).
 #[test]
 fn linear_joints_that_follow_a_turn_leave_their_chord_by_its_height() {
     let machine = bc_machine();

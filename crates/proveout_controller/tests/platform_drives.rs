@@ -1,4 +1,5 @@
-//! Drives of a platform's legs: what they make of heave and tilt, against an integration of its own of the legs by themselves.
+//! Drives of a platform's legs: what they make of heave and tilt, against an integration of its own of the
+//! legs by themselves.
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -98,8 +99,9 @@ fn pose(wanted: [f64; 2], mut at: [f64; 2]) -> [f64; 2] {
     at
 }
 
-/// Legs behind their set points, x'' = w (Kv (r - x) - x'), in steps of 20 micrometers of a second between the samples; the set point is the
-/// cubic with lengths and rates at both. Gives heave and tilt at every sample.
+/// Legs behind their set points, x'' = w (Kv (r - x) - x'), in steps of 20 micrometers of a second between
+/// the samples; the set point is the cubic with lengths and rates at both. Gives heave and tilt at every
+/// sample.
 fn followed(samples: &[Sample], gains: [f64; 2], [heave, tilt]: [usize; 2]) -> Vec<[f64; 2]> {
     let set = |s: &Sample| {
         let (z, a) = (s.commanded[heave], s.commanded[tilt]);
@@ -166,7 +168,8 @@ fn heave_and_tilt_follow_the_legs_and_not_drives_of_their_own() {
         }
         let lag = [z, a].map(|j| largest(&run, |s| s.commanded[j] - s.actual[j]));
         println!("gains {gains:?}: lags {lag:?}, off by {off:?} of {} samples", mine.len());
-        // Measured 1.5e-11 mm and 1.4e-13 rad: steps of 20 us of a loop of 628 1/s, rates of the set points by differences of 0.1 ms.
+        // Measured 1.5e-11 mm and 1.4e-13 rad: steps of 20 us of a loop of 628 1/s, rates of the set points
+        // by differences of 0.1 ms.
         assert!(off[0] < 1e-9 && off[1] < 1e-11, "{off:?}");
         // Heave goes at 40 mm/s at most over gains of 50 to 90 1/s.
         assert!(lag[0] > 0.2 && lag[0] < 1.2 && lag[1] > 1e-3, "{lag:?}");
@@ -175,7 +178,8 @@ fn heave_and_tilt_follow_the_legs_and_not_drives_of_their_own() {
 
 #[test]
 fn unequal_legs_tilt_the_plate_of_a_pure_heave() {
-    // At constant heave of an upright plate all legs grow at v h / L; leg 1 lags by v h / (L 50), the others by v h / (L 90).
+    // At constant heave of an upright plate all legs grow at v h / L; leg 1 lags by v h / (L 50), the others
+    // by v h / (L 90).
     let machine = machine([50.0, 90.0, 60.0]);
     let [z, a] = ["Z", "A"].map(|n| machine.joint(n).expect("a joint"));
     let speed = 20.0;
@@ -228,7 +232,8 @@ fn a_weak_leg_saturates_under_its_own_name_and_forces_are_those_of_virtual_work(
     assert_eq!(loads.no_force_limit, ["Y", "leg L1", "legs L2 and L3", "B", "X"]);
     let unknown: Vec<&str> = loads.unknown.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(unknown, ["Y", "Z", "A", "B"], "weight and coupling of a platform are not known, and said so");
-    // Legs of 100 kg each: a heave that accelerates takes about 300 kg times it, beside the small part of the legs' turn.
+    // Legs of 100 kg each: a heave that accelerates takes about 300 kg times it, beside the small part of the
+    // legs' turn.
     let fastest = largest(&run, |s| s.acceleration[z]);
     let force = run.summary.joints[z].drive.expect("a drive").max_force;
     assert!(force > 0.1 * fastest && force < 0.6 * fastest, "{force} N at {fastest} mm/s2");

@@ -1,11 +1,12 @@
 //! Great circles of the tool axis at and near poles of the rotary axes, on every library machine that has two of them.
 //!
-//! *Oracle.* The forward kinematics of every sample against the programmed circle, at the share of the way that its tip has
-//! come, or, where the tip stands, against the circle's nearest point.
+//! *Oracle.* The forward kinematics of every sample against the programmed circle, at the share of the way
+//! that its tip has come, or, where the tip stands, against the circle's nearest point.
 //!
-//! *Corners that the generator visits*: circles that begin, end, or have their closest approach in the pole itself, at distances from
-//! 1e-9 to 20 degrees; all azimuths, in steps and at random; rapid and feed; with and without motion of the tip; from home and
-//! from any turn of the first rotary joint; tilts at the end of travel on one side of the pole.
+//! *Corners that the generator visits*: circles that begin, end, or have their closest approach in the pole
+//! itself, at distances from 1e-9 to 20 degrees; all azimuths, in steps and at random; rapid and feed; with
+//! and without motion of the tip; from home and from any turn of the first rotary joint; tilts at the end of
+//! travel on one side of the pole.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -44,7 +45,8 @@ fn library() -> Vec<(String, Machine)> {
     found
 }
 
-/// The same machine without end stops of linear joints: their travel depends on the part and its place, which is not the matter here.
+/// The same machine without end stops of linear joints: their travel depends on the part and its place, which
+/// is not the matter here.
 fn with_free_slides(machine: &Machine) -> Machine {
     let mut machine = machine.clone();
     for joint in machine.joints.iter_mut().filter(|j| !j.is_rotary()) {
@@ -123,8 +125,8 @@ fn shortest(machine: &Machine, joint: usize, way: f64) -> f64 {
     if way * a >= v * v { way / v + v / a } else { 2.0 * (way / a).sqrt() }
 }
 
-/// A great circle out of the pole in which the machine stands at home turns the first rotary joint to the side that it needs, by
-/// half a turn at most, and tilts then. No azimuth takes longer than the joints need.
+/// A great circle out of the pole in which the machine stands at home turns the first rotary joint to the
+/// side that it needs, by half a turn at most, and tilts then. No azimuth takes longer than the joints need.
 #[test]
 fn a_pole_is_left_in_any_direction() {
     let step = if cases(0, 1) > 0 { 1 } else { 15 };
@@ -275,8 +277,8 @@ fn mechanisms() -> Vec<Mechanism> {
     all.collect()
 }
 
-/// Circles at all distances from all poles that a machine reaches: the axis is on the programmed circle at every sample, or inside of
-/// the cone and told; where an end stop forbids it, that is told.
+/// Circles at all distances from all poles that a machine reaches: the axis is on the programmed circle at
+/// every sample, or inside of the cone and told; where an end stop forbids it, that is told.
 #[test]
 fn circles_are_followed_at_any_distance_from_a_pole() {
     use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
@@ -352,7 +354,8 @@ fn circles_are_followed_at_any_distance_from_a_pole() {
             assert!(run.summary.max_contour_error_mm < 2e-6, "{}", what());
             let end = machine.forward(&run.summary.end_position, LENGTH);
             assert!(end.angle_to(&ends[1]) < ROUNDING && (end.tip - ends[1].tip).norm() < 1e-6, "{}", what());
-            // An endless table may always turn: only the tilt can be stopped, and only where the circle goes there on both branches.
+            // An endless table may always turn: only the tilt can be stopped, and only where the circle goes
+            // there on both branches.
             let over = over_travel(&run);
             let both =
                 (0..=200).map(|k| begins_on(machine, &ends[0].interpolated(&ends[1], f64::from(k) / 200.0).axis));

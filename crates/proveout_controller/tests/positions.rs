@@ -18,8 +18,8 @@ fn machine(name: &str) -> Machine {
     Machine::read(&folder).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// The same machine with its zero on the table and at home, for each structure, with the letter of the tilting joint and the
-/// angles that the programs below put there, degrees.
+/// The same machine with its zero on the table and at home, for each structure, with the letter of the
+/// tilting joint and the angles that the programs below put there, degrees.
 const PAIRS: [(&str, &str, char); 3] = [
     ("bc-trunnion", "bc-trunnion-home-zero", 'B'),
     ("bc-head-table-grinder", "bc-head-table-home-zero", 'B'),
@@ -99,8 +99,8 @@ fn ends(run: &Run) -> Vec<(u32, ToolPose)> {
     ends
 }
 
-/// Programs in each language: straight and curved motion without tool center point control, with it, in a tilted plane, and
-/// ways to the reference point between them. `t` is the letter of the tilting axis.
+/// Programs in each language: straight and curved motion without tool center point control, with it, in a
+/// tilted plane, and ways to the reference point between them. `t` is the letter of the tilting axis.
 fn programs(t: char) -> Vec<(Dialect, String)> {
     let iso_head = "G21 G90 G94 G17 G54\nT1 M6\nS1000 M3\n";
     let iso_flat = format!(
@@ -187,7 +187,8 @@ fn the_same_program_gives_the_same_tool_poses_whatever_the_zero_of_the_axes() {
                 let (i, j) = (a.joint(name).expect("slide"), b.joint(name).expect("slide"));
                 assert!((x.end[i] - y.end[j] - shift[k]).abs() < 1e-8, "{at_table} {dialect:?} {name}");
             }
-            // Times follow the joints, whose ways are the same; the plan ends its search within a millionth of the time.
+            // Times follow the joints, whose ways are the same; the plan ends its search within a millionth
+            // of the time.
             let total = |r: &Run| r.all.blocks.last().expect("blocks").end_time;
             assert!((total(&x) / total(&y) - 1.0).abs() < 1e-4, "{at_table} {dialect:?}: {} {}", total(&x), total(&y));
         }
@@ -205,7 +206,8 @@ fn without_dynamic_offset(text: &str) -> String {
     text.lines().filter(keep).fold(String::new(), |all, line| all + line + "\n")
 }
 
-/// A part zero at (x, y, z) of the table is where the program's zero goes, with all rotary axes at zero and the tool straight.
+/// A part zero at (x, y, z) of the table is where the program's zero goes, with all rotary axes at zero and
+/// the tool straight.
 #[test]
 fn a_work_offset_is_a_point_of_the_table() {
     for (at_table, at_home, tilt) in PAIRS {
@@ -243,8 +245,8 @@ fn a_work_offset_is_a_point_of_the_table() {
     }
 }
 
-/// What a program tells of the axes X and Z behind a retraction under tool center point control and a turn of the tilting axis:
-/// the tip stays on the table where the retraction has brought it.
+/// What a program tells of the axes X and Z behind a retraction under tool center point control and a turn of
+/// the tilting axis: the tip stays on the table where the retraction has brought it.
 #[test]
 fn behind_a_retraction_under_tcp_the_tool_stays_up() {
     // Language; tool center point control on; a point; retraction of Z to a machine coordinate (@); turns.
@@ -321,7 +323,8 @@ fn behind_a_retraction_under_tcp_the_tool_stays_up() {
     }
 }
 
-/// Random positions, random machine axes, random turns; corners: no retraction at all, the pole, quarter turns, over-travel.
+/// Random positions, random machine axes, random turns; corners: no retraction at all, the pole, quarter
+/// turns, over-travel.
 #[test]
 fn behind_any_machine_motion_under_tcp_the_tip_stays_where_it_is() {
     let machines: Vec<Machine> = PAIRS.iter().flat_map(|(a, b, _)| [machine(a), machine(b)]).collect();
@@ -413,7 +416,8 @@ fn g28_goes_to_the_home_position_of_every_machine() {
         let reached =
             by.all.samples.iter().map(|s| (s.commanded[z] - (middle + way)).abs()).fold(f64::INFINITY, f64::min);
         let on_the_way = (middle + way - start[z]).signum() == (machine.joints[z].home - start[z]).signum();
-        // A sample stands every 2 ms; where the axis turns back it comes within the tolerance, where it passes on it is met.
+        // A sample stands every 2 ms; where the axis turns back it comes within the tolerance, where it
+        // passes on it is met.
         assert!(reached < if on_the_way { 2.0 } else { 0.02 }, "{}: {reached}", machine.name);
         assert_eq!(by.end[z], machine.joints[z].home, "{}", machine.name);
         // In its text G90 names the point itself.

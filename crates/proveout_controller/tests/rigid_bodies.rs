@@ -1,5 +1,5 @@
-//! Newton-Euler against closed forms, against Lagrange's equations from numerical derivatives of the forward kinematics,
-//! and against Rapier; the library machines among others.
+//! Newton-Euler against closed forms, against Lagrange's equations from numerical derivatives of the forward
+//! kinematics, and against Rapier; the library machines among others.
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 

@@ -1,4 +1,5 @@
-//! Limits measured on the emitted samples alone: differences of the set points, taken here, against the machine's limits.
+//! Limits measured on the emitted samples alone: differences of the set points, taken here, against the
+//! machine's limits.
 //!
 //! A difference of set points over a cycle is the mean of the velocity over this cycle; a second and a third difference
 //! are means of acceleration and jerk over two and three cycles. None can pass a limit that the motion itself keeps.
@@ -251,8 +252,8 @@ fn random_paths_keep_limits_and_tolerance() {
     println!("seeds {:?}, parts of the limits {:.4?}", seeds(), worst.into_inner().expect("no thread has failed"));
 }
 
-/// The kind of path on which the `LinuxCNC` planner passes its joint limits with its five-axis kinematics (tip nearly still,
-/// rotary axes turning, so that the linear joints run far faster than the tip).
+/// The kind of path on which the `LinuxCNC` planner passes its joint limits with its five-axis kinematics
+/// (tip nearly still, rotary axes turning, so that the linear joints run far faster than the tip).
 #[test]
 fn a_still_tip_with_turning_axes_keeps_the_joint_limits() {
     // 20 mm/s a linear joint and 15 degrees a second, as in the sample configuration of that kind; jerk chosen.

@@ -1,4 +1,5 @@
-//! The bound of all schedules in a channel against schedules that the control runs: no random schedule in a random channel is faster.
+//! The bound of all schedules in a channel against schedules that the control runs: no random schedule in a
+//! random channel is faster.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -35,8 +36,8 @@ struct Outcome {
     swings: bool,
 }
 
-/// A row along X while A follows a schedule in a channel that waves, wanders or is ragged, wide or narrow; the schedule is the taut
-/// string, the middle, or a random one.
+/// A row along X while A follows a schedule in a channel that waves, wanders or is ragged, wide or narrow;
+/// the schedule is the taut string, the middle, or a random one.
 fn outcome(seed: u64) -> Outcome {
     let mut random = Random::new(seed);
     let n = 20 + (200.0 * random.unit().powi(2)) as usize;
@@ -159,9 +160,10 @@ fn number(name: &str) -> Option<u64> {
     std::env::var(name).ok()?.parse().ok()
 }
 
-/// A way in the plane of random bends and steps, short blocks that are fitted together and long ones, gentle and sharp, narrow and wide tolerances:
-/// the time of no window of blocks is below what is proved of its feed. Gives the nearest ratio over long windows, and the part of the
-/// programmed time that the fastest block takes.
+/// A way in the plane of random bends and steps, short blocks that are fitted together and long ones, gentle
+/// and sharp, narrow and wide tolerances: the time of no window of blocks is below what is proved of its
+/// feed. Gives the nearest ratio over long windows, and the part of the programmed time that the fastest
+/// block takes.
 fn feed_outcome(seed: u64) -> [f64; 2] {
     let mut random = Random::new(seed);
     let n = 30 + (120.0 * random.unit()) as usize;
@@ -217,7 +219,8 @@ fn no_window_of_blocks_is_faster_than_is_proved_of_its_feed() {
         least(0),
         least(1)
     );
-    // Corners are cut, so that single blocks take less than their programmed time, and the windows are near to what is proved.
+    // Corners are cut, so that single blocks take less than their programmed time, and the windows are near
+    // to what is proved.
     assert!(least(1) < 0.999 && least(0) < 1.01, "the ways show nothing");
 }
 
@@ -231,9 +234,10 @@ struct Turned {
     jumps: bool,
 }
 
-/// B waves and C turns under tool center point control, past the pole of C and far from it, slowly and fast, evenly or by jumps; caps about axes beside theirs: the
-/// control takes no less than the bound over cells. The tip stays near the axis of the table, so that it is the rotary joints that bind, and lead-in and lead-out turn on as the
-/// row does, so that it is passed in motion.
+/// B waves and C turns under tool center point control, past the pole of C and far from it, slowly and fast,
+/// evenly or by jumps; caps about axes beside theirs: the control takes no less than the bound over cells.
+/// The tip stays near the axis of the table, so that it is the rotary joints that bind, and lead-in and
+/// lead-out turn on as the row does, so that it is passed in motion.
 fn two_angles_outcome(seed: u64) -> Turned {
     let mut random = Random::new(seed);
     let n = 60 + (60.0 * random.unit()) as usize;

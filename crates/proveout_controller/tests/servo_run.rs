@@ -180,14 +180,15 @@ fn the_same_run_in_windows_and_again_is_the_same() {
     assert!(windows.chunks > 3, "{}", windows.chunks);
     assert_eq!(windows.all, again.all);
     check_stream("windows", &windows);
-    // What lies more than half a second ahead of a window changes times by parts in 1e5, so that samples do not fall on each
-    // other; blocks do, and the machine comes to rest at the same place.
+    // What lies more than half a second ahead of a window changes times by parts in 1e5, so that samples do
+    // not fall on each other; blocks do, and the machine comes to rest at the same place.
     let (a, b) = (whole.summary.total_s, windows.summary.total_s);
     println!("in windows {b} s, whole {a} s");
     assert!((b - a).abs() < 1e-3 * a, "{a} {b}");
     assert_eq!(whole.all.blocks.len(), windows.all.blocks.len());
     let rest = |run: &Run| run.all.samples.last().expect("samples").actual;
-    // Dry friction holds a joint up to Fc / (Kv loop stiffness) off its end; which side depends on the last micrometers.
+    // Dry friction holds a joint up to Fc / (Kv loop stiffness) off its end; which side depends on the last
+    // micrometers.
     assert!((rest(&whole) - rest(&windows)).max_abs() < 1e-5, "{:?} {:?}", rest(&whole), rest(&windows));
 }
 

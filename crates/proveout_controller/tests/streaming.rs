@@ -85,8 +85,9 @@ fn windows_give_the_same_motion() {
     assert_eq!(whole.chunks, 1);
     assert!(windows.chunks > 5, "{}", windows.chunks);
     assert_eq!(whole.all.blocks.len(), windows.all.blocks.len());
-    // A window ends half a second ahead of what is committed; what lies farther ahead changes times by some parts in 1e5, and
-    // where parts of the tempo are solved by as much: 3e-4 seen here, 2e-6 in `servo_run.rs`.
+    // A window ends half a second ahead of what is committed; what lies farther ahead changes times by some
+    // parts in 1e5, and where parts of the tempo are solved by as much: 3e-4 seen here, 2e-6 in
+    // `servo_run.rs`.
     let (a, b) = (whole.summary.total_s, windows.summary.total_s);
     println!("in windows {b} s, whole {a} s");
     assert!((a - b).abs() < 1e-3 * a, "{a} {b}");
@@ -140,7 +141,8 @@ fn everything_is_in_the_order_of_time_and_adds_up() {
     let out = run(&program, &machine);
     let s = &out.summary;
     assert_eq!(s.tool_change_s, 12.0);
-    // The first feed waits for what the rapid motion has left of 1.5 s; the second change waits for the spindle to stop.
+    // The first feed waits for what the rapid motion has left of 1.5 s; the second change waits for the
+    // spindle to stop.
     let rapid = out.all.blocks.iter().find(|b| b.kind == BlockKind::Move(MoveKind::Rapid)).expect("the rapid motion");
     assert!((s.dwell_s - 0.5 - (1.5 - (rapid.end_time - rapid.start_time)) - 1.5).abs() < 1e-9);
     assert!((s.total_s - s.tool_change_s - s.dwell_s - s.cutting_s - s.rapid_s).abs() < 1e-9);

@@ -55,7 +55,8 @@ fn without_tcp_the_length_is_added_along_the_spindle() {
     assert!((pose.tip - Point::new(10.0, 20.0, 30.0)).norm() < 1e-12);
 }
 
-/// The control takes the tool for longer than it is: its tip stays behind by so much along its own axis, with tool center point control and without.
+/// The control takes the tool for longer than it is: its tip stays behind by so much along its own axis, with
+/// tool center point control and without.
 #[test]
 fn a_delta_value_of_the_length_keeps_the_tip_off_by_as_much() {
     let machine = bc_machine();
@@ -167,8 +168,9 @@ fn tool_axis_as_a_vector_on_the_great_circle() {
     }
 }
 
-/// The promise of a piece, by dense sampling through the kinematics alone: every point of the tool between tip and gauge
-/// line is within the stated deviation of the straight-tip, great-circle motion at some moment near its own.
+/// The promise of a piece, by dense sampling through the kinematics alone: every point of the tool between
+/// tip and gauge line is within the stated deviation of the straight-tip, great-circle motion at some moment
+/// near its own.
 fn check_piece(machine: &Machine, piece: &Piece, joints_at: &dyn Fn(f64) -> JointValues) {
     for k in 0..=40 {
         let q = joints_at(f64::from(k) / 40.0);
@@ -333,8 +335,8 @@ fn what_the_control_refuses() {
     assert!(proveout_controller::Controller::new(p().source(), &machine, &[], bad).is_err());
 }
 
-/// Under tool center point control slides run on curves and turn back within pieces: at every sample all joints are within their deviation of
-/// one place of the straight motion.
+/// Under tool center point control slides run on curves and turn back within pieces: at every sample all
+/// joints are within their deviation of one place of the straight motion.
 #[test]
 fn pieces_say_how_far_their_joints_leave_the_straight_motion() {
     let machine = bc_machine();
@@ -346,7 +348,8 @@ fn pieces_say_how_far_their_joints_leave_the_straight_motion() {
         .g1(&[('X', 180.0), ('Y', 5.0), ('Z', 160.0), ('B', 0.2), ('C', 0.0)])
         .g1(&[('X', 150.0), ('Y', 30.0), ('Z', 140.0), ('B', 0.9), ('C', 2.5)])
         .g1(&[('X', 150.0), ('Y', 30.0), ('Z', 140.0), ('B', -0.4), ('C', 3.0)]);
-    // Pieces of the ideal motion run on the programmed path, its set points round the corners: those of the planned motion are both on one.
+    // Pieces of the ideal motion run on the programmed path, its set points round the corners: those of the
+    // planned motion are both on one.
     for settings in [Settings::default(), Settings { default_tolerance: Some(0.002), ..Settings::default() }] {
         let out = run_with(&program, &machine, &[tool(1, LENGTH)], &settings);
         let (mut looked, mut turned_back, mut farthest) = (0, 0, 0.0_f64);

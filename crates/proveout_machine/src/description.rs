@@ -19,7 +19,8 @@ pub(crate) struct MachineFile {
     pub(crate) description: String,
     /// Direction against gravity in machine coordinates, a unit vector; loads by weight are not known without it.
     pub(crate) up: Option<[f64; 3]>,
-    /// Where control and programs count X, Y and Z from. Everything else of the file counts as it is written, with either word.
+    /// Where control and programs count X, Y and Z from. Everything else of the file counts as it is written,
+    /// with either word.
     #[serde(default)]
     pub(crate) zero: ZeroFile,
     /// glTF file with the meshes of bodies that name a node, in the folder of machine.toml.
@@ -95,8 +96,8 @@ pub(crate) struct JointFile {
     pub(crate) direction: [f64; 3],
     /// A point on the axis of a rotary joint, machine coordinates with all joints at zero.
     pub(crate) point_mm: Option<[f64; 3]>,
-    /// 1 or -1: physical motion of what the joint carries along or about the direction, for a growing value. Required for
-    /// rotary joints; linear joints have 1 when left out.
+    /// 1 or -1: physical motion of what the joint carries along or about the direction, for a growing value.
+    /// Required for rotary joints; linear joints have 1 when left out.
     pub(crate) sense: Option<f64>,
     /// Lowest and highest position of a linear joint.
     pub(crate) travel_mm: Option<[f64; 2]>,
@@ -157,8 +158,8 @@ pub(crate) struct JointFile {
 pub(crate) struct SpindleFile {
     /// Joint that carries the spindle, or base.
     pub(crate) on: String,
-    /// Middle of the gauge line in machine coordinates with all joints at zero: [0, 0, 0] where the axes read the place of the
-    /// gauge line; where the axes are zero at home, its place at home.
+    /// Middle of the gauge line in machine coordinates with all joints at zero: [0, 0, 0] where the axes read
+    /// the place of the gauge line; where the axes are zero at home, its place at home.
     pub(crate) origin_mm: [f64; 3],
     /// Unit vector from the tool into the spindle.
     pub(crate) direction: [f64; 3],
@@ -198,8 +199,8 @@ pub(crate) struct TableFile {
 pub(crate) enum RapidFile {
     /// All joints begin and end together, on a straight line.
     Straight,
-    /// Each joint at its own speed, on a tilted plane too whose axes are those of the machine. Elsewhere under tool center point control
-    /// the tip keeps its line.
+    /// Each joint at its own speed, on a tilted plane too whose axes are those of the machine. Elsewhere
+    /// under tool center point control the tip keeps its line.
     Independent,
 }
 
@@ -217,8 +218,8 @@ pub(crate) enum KinematicsFile {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MachineControlFile {
-    /// Control file that says what words of its programs mean: the name of a built-in one (fanuc-30i), or a path from the folder of
-    /// this file.
+    /// Control file that says what words of its programs mean: the name of a built-in one (fanuc-30i), or a
+    /// path from the folder of this file.
     pub(crate) file: Option<String>,
     /// Interpolation cycle.
     pub(crate) cycle_time_ms: f64,
@@ -228,16 +229,17 @@ pub(crate) struct MachineControlFile {
     pub(crate) tool_change_time_s: f64,
     /// How rapids run: straight or independent.
     pub(crate) rapid_mode: RapidFile,
-    /// Kinematics that programs may switch on; an empty list for a control that only moves its axes. A program that switches on
-    /// another one is refused. Where the key is missing, it is not known, and every one is taken.
+    /// Kinematics that programs may switch on; an empty list for a control that only moves its axes. A
+    /// program that switches on another one is refused. Where the key is missing, it is not known, and every
+    /// one is taken.
     pub(crate) kinematics: Option<Vec<KinematicsFile>>,
     /// Path tolerance where the program states none.
     pub(crate) default_tolerance_mm: f64,
-    /// Tolerance of the tool orientation where the program states none; when left out, that of the tip over the way from the tip
-    /// to the end of the cutting edges, at most 0.05 degrees.
+    /// Tolerance of the tool orientation where the program states none; when left out, that of the tip over
+    /// the way from the tip to the end of the cutting edges, at most 0.05 degrees.
     pub(crate) default_orientation_tolerance_deg: Option<f64>,
-    /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that passes the pole nearer than this
-    /// is led through it. 0.001 when left out.
+    /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that passes the
+    /// pole nearer than this is led through it. 0.001 when left out.
     pub(crate) pole_cone_deg: Option<f64>,
     /// Where numbers of this table come from.
     #[serde(default)]

@@ -50,8 +50,8 @@ pub(crate) struct ErrorTableFile {
     pub(crate) at_mm: Option<Vec<f64>>,
     /// Positions of a rotary joint, growing.
     pub(crate) at_deg: Option<Vec<f64>>,
-    /// Point that the shifts are given at, machine coordinates with all joints at zero; it moves with a slide. The machine
-    /// origin for a linear joint, the joint's point for a rotary one, when left out.
+    /// Point that the shifts are given at, machine coordinates with all joints at zero; it moves with a
+    /// slide. The machine origin for a linear joint, the joint's point for a rotary one, when left out.
     pub(crate) reference_mm: Option<[f64; 3]>,
     /// One list a component, as long as the positions: `EXX_um`, E, component X Y Z A B C, joint, unit.
     #[serde(default)]

@@ -79,9 +79,9 @@ fn tilting_joints_have_the_sign_of_their_programs() {
     }
 }
 
-/// Tips round a workpiece whose zero stands 100 to 160 mm above the table on the C axis, tool lengths 80 to 150 mm: the
-/// face from above, the sides at any C with the tool lying flat, and the retract planes, within travel on both machines.
-/// Numbers in the tilted frame: x, y across the tool, z along it.
+/// Tips round a workpiece whose zero stands 100 to 160 mm above the table on the C axis, tool lengths 80 to
+/// 150 mm: the face from above, the sides at any C with the tool lying flat, and the retract planes, within
+/// travel on both machines. Numbers in the tilted frame: x, y across the tool, z along it.
 #[test]
 fn the_poses_of_the_scenes_lie_within_travel() {
     let cases = [

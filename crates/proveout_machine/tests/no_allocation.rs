@@ -1,5 +1,5 @@
-//! Forward and inverse kinematics allocate nothing: counted by the allocator itself. One test alone in its process, so that
-//! no other thread's allocations are counted.
+//! Forward and inverse kinematics allocate nothing: counted by the allocator itself. One test alone in its
+//! process, so that no other thread's allocations are counted.
 #![allow(unsafe_code, reason = "counting allocations needs an allocator, and GlobalAlloc is an unsafe trait")]
 
 use std::{

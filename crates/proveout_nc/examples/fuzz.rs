@@ -1,9 +1,9 @@
 //! Runs changed seed programs through a reader for some time and says what it found:
 //! `cargo run -p proveout_nc --release --example fuzz -- --dialect fanuc --seconds 120`.
 //!
-//! Needs no special toolchain. No input may take more than 64 MiB (peak of the process, from /proc), and none more than ten
-//! seconds.
-//! The first input that panics, runs on or takes more is written to `fuzz-failure.txt` and ends the run with code 1.
+//! Needs no special toolchain. No input may take more than 64 MiB (peak of the process, from /proc), and none
+//! more than ten seconds. The first input that panics, runs on or takes more is written to `fuzz-failure.txt`
+//! and ends the run with code 1.
 
 #![allow(dead_code, unreachable_pub, reason = "the file with the mutations is shared with the tests")]
 

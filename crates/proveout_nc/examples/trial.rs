@@ -1,5 +1,6 @@
-//! Which programs of a folder are read, and why the others are refused, as a table by count:
-//! `cargo run -p proveout_nc --example trial -- [--control NAME] [--feed MM_MIN] [--tool-radius MM] [--home] [--files] FILE...`.
+//! Which programs of a folder are read, and why the others are refused, as a table by count: `cargo run -p
+//! proveout_nc --example trial -- [--control NAME] [--feed MM_MIN] [--tool-radius MM] [--home] [--files]
+//! FILE...`.
 //!
 //! `--files` tells every file with its first fault; `--feed` is the policy for motions before the first F,
 //! `--tool-radius` what the milling cycles of a TNC and an 840D need of the tool; with `--home` the axes stand

@@ -11,7 +11,8 @@ use proveout_nc::{
     CODES, Compensation, Control, Dialect, JsonWriter, Program, Settings, ToolName, ToolRadii, WorkOffset, check,
 };
 
-/// Folders of `tests/cases` and `tests/bad` with the dialect of their programs; [`CONTROLS`] names those that a control reads.
+/// Folders of `tests/cases` and `tests/bad` with the dialect of their programs; [`CONTROLS`] names those that
+/// a control reads.
 const DIALECTS: [(&str, Dialect); 11] = [
     ("siemens", Dialect::Siemens840d),
     ("iso", Dialect::Iso),
@@ -26,7 +27,8 @@ const DIALECTS: [(&str, Dialect); 11] = [
     ("grbl", Dialect::LinuxCnc),
 ];
 
-/// Programs of a folder; expected lines, and files that only stand beside a program as subprograms (`sub_*`), are left out.
+/// Programs of a folder; expected lines, and files that only stand beside a program as subprograms (`sub_*`),
+/// are left out.
 fn programs(kind: &str) -> Vec<(PathBuf, Dialect)> {
     let mut files = Vec::new();
     for (name, dialect) in DIALECTS {

@@ -65,7 +65,8 @@ fn commands(text: &str, settings: &Settings) -> Result<Vec<Op>, Diagnostic> {
     Program::from_text("p.mpf", text, settings).unwrap().map(|c| c.map(|c| c.op)).collect()
 }
 
-/// Motions of a program in base X, Y as pieces, with the height (base Z) at the end of each. Vertical ones are left out.
+/// Motions of a program in base X, Y as pieces, with the height (base Z) at the end of each. Vertical ones
+/// are left out.
 fn path(text: &str, settings: &Settings) -> Result<Vec<Piece>, Diagnostic> {
     let mut at: Option<Point> = None;
     let mut pieces = Vec::new();
@@ -114,8 +115,8 @@ fn a_square_outside_is_its_perimeter_and_a_circle() {
     // Counter-clockwise square of 30 mm with the tool on the right, outside; entry below the first corner.
     let text = format!("{HEAD}G1 G42 X0 Y0\nX30\nY30\nX0\nY0\nG40 X-40 Y-40\nM30\n");
     let path = path(&text, &settings(4.0)).unwrap();
-    // The first and the last piece are entry and exit; three corners are arcs, the fourth is not closed by one: the entry is
-    // perpendicular to the first side and the exit to the last.
+    // The first and the last piece are entry and exit; three corners are arcs, the fourth is not closed by
+    // one: the entry is perpendicular to the first side and the exit to the last.
     let inner = &path[1..path.len() - 1];
     assert!((length(inner) - (4.0 * 30.0 + 3.0 * 4.0 * PI / 2.0)).abs() < 1e-9, "{}", length(inner));
     assert_eq!(path[0].at(1.0), [0.0, -4.0]);
@@ -357,7 +358,8 @@ fn without_radii_the_contour_stays_as_programmed() {
     assert!(ops.iter().any(|op| matches!(op, Op::Note(n) if n.contains("left") && n.contains("radius 1 mm"))));
 }
 
-/// A star-shaped closed contour about the origin, counter-clockwise, with sides that are lines or arcs bulging out or in.
+/// A star-shaped closed contour about the origin, counter-clockwise, with sides that are lines or arcs
+/// bulging out or in.
 fn star(radii: &[f64], bulges: &[f64]) -> String {
     let n = radii.len();
     let point = |i: usize| {
@@ -437,8 +439,9 @@ proptest! {
             for k in 0..=16 {
                 let p = piece.at(f64::from(k) / 16.0);
                 let nearest = programmed.iter().map(|e| e.distance(p)).fold(f64::INFINITY, f64::min);
-                // Arcs are given by end and radius with six decimals; their centers are exact to that. 1e-9 for rounding.
-                // At the seam the entry and the exit are square to one side each and do not look at the other.
+                // Arcs are given by end and radius with six decimals; their centers are exact to that. 1e-9
+                // for rounding. At the seam the entry and the exit are square to one side each and do not
+                // look at the other.
                 let is_seam = i < 2 || i + 2 >= path.len();
                 prop_assert!(nearest >= tool - 1e-9 || is_seam || overlaps(programmed, p, tool), "{nearest} {tool} {text}");
                 // The tool touches the contour everywhere but on the way to the intersection of an outside corner.
@@ -458,8 +461,9 @@ proptest! {
 
     #[test]
     fn convex_contours_grow_by_a_circle(radii in 20.0..60.0f64, n in 3..12usize, turn in 0.0..6.0f64, tool in 0.1..10.0f64) {
-        // Points on a circle are a convex polygon, run counter-clockwise with the tool outside: perimeter plus all corners
-        // but the one at the start, of which the entry and the exit are perpendicular to their sides.
+        // Points on a circle are a convex polygon, run counter-clockwise with the tool outside: perimeter
+        // plus all corners but the one at the start, of which the entry and the exit are perpendicular to
+        // their sides.
         let point = |i: usize| {
             let angle = turn + TAU * i as f64 / n as f64;
             [(1e6 * radii * angle.cos()).round() / 1e6, (1e6 * radii * angle.sin()).round() / 1e6]
@@ -487,7 +491,8 @@ proptest! {
         let text = |line: &str| format!("{HEAD}G1 G41 X0 Y0\n{line}X=10 Y=60\nG40 X0\nM30\n");
         let (plain, divided) = (path(&text(&format!("X=40 Y={y}\n")), &settings(tool)), path(&text(&line), &settings(tool)));
         let (Ok(plain), Ok(divided)) = (plain, divided) else {
-            // A last part that is shorter than what the corner takes is one more block that the tool does not fit behind.
+            // A last part that is shorter than what the corner takes is one more block that the tool does not
+            // fit behind.
             return Ok(());
         };
         prop_assert!((length(&plain) - length(&divided)).abs() < 1e-9);
@@ -514,8 +519,9 @@ fn winding(contour: &[Piece], p: Point) -> bool {
     total.abs() > PI
 }
 
-/// True where two sides that do not follow each other come nearer to the point than two radii: a narrow place, which the
-/// controls do not see without bottleneck detection and which this stage leaves to the collision check.
+/// True where two sides that do not follow each other come nearer to the point than two radii: a narrow
+/// place, which the controls do not see without bottleneck detection and which this stage leaves to the
+/// collision check.
 fn overlaps(contour: &[Piece], p: Point, tool: f64) -> bool {
     let near: Vec<usize> = (0..contour.len()).filter(|&i| contour[i].distance(p) < tool * (1.0 - 1e-9)).collect();
     near.iter().any(|&i| {

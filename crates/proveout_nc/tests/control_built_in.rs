@@ -1,4 +1,5 @@
-//! The built-in controls: what they read as the standard of their language, what they read otherwise, what they refuse by name.
+//! The built-in controls: what they read as the standard of their language, what they read otherwise, what
+//! they refuse by name.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

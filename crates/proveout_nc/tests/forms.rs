@@ -1,5 +1,5 @@
-//! Forms of real programs against their closed forms: corners of ISO controls, lines by their angle, curves in the plane, bolt
-//! holes, the reference point of CL data.
+//! Forms of real programs against their closed forms: corners of ISO controls, lines by their angle, curves
+//! in the plane, bolt holes, the reference point of CL data.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -50,8 +50,9 @@ fn near(a: P, b: P, text: &str) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases(300)))]
 
-    /// A corner between two lines, in all planes, in mm and inch, absolute and incremental, with the third axis known or not: the
-    /// piece begins and ends by leg, or by r tan(turn / 2), from the corner. Turns from 2 to 170 degrees on both sides.
+    /// A corner between two lines, in all planes, in mm and inch, absolute and incremental, with the third
+    /// axis known or not: the piece begins and ends by leg, or by r tan(turn / 2), from the corner. Turns
+    /// from 2 to 170 degrees on both sides.
     #[test]
     fn a_corner_of_two_lines(
         direction in 0.0..std::f64::consts::TAU,
@@ -130,8 +131,9 @@ proptest! {
         near(in_plane(moves(&ops)[1], axes), to, &text);
     }
 
-    /// Two lines by their angles meet where the lines were drawn, in all planes, with a rounding at the corner or none, through a
-    /// turned frame or none, behind angles counted on by whole turns. Corners of less than 3 degrees are left out.
+    /// Two lines by their angles meet where the lines were drawn, in all planes, with a rounding at the
+    /// corner or none, through a turned frame or none, behind angles counted on by whole turns. Corners of
+    /// less than 3 degrees are left out.
     #[test]
     fn two_lines_by_their_angles(
         angle in 0.0f64..360.0,
@@ -168,8 +170,9 @@ proptest! {
         prop_assert!(ops[first..].iter().any(feed), "the feed of the second block comes behind the first line");
     }
 
-    /// G83 of a Fagor: every infeed goes J times by I below the plane, comes out to the plane, and goes back to 1 mm above the last
-    /// depth, never above the plane; G98 and G99. Corners: one infeed, infeeds shorter than 1 mm, the plane below zero.
+    /// G83 of a Fagor: every infeed goes J times by I below the plane, comes out to the plane, and goes back
+    /// to 1 mm above the last depth, never above the plane; G98 and G99. Corners: one infeed, infeeds shorter
+    /// than 1 mm, the plane below zero.
     #[test]
     fn infeeds_of_a_fagor(plane in -50i32..50, infeed in 1u32..400, count in 1u32..12, to_plane in any::<bool>()) {
         let (plane, infeed) = (f64::from(plane), f64::from(infeed) / 20.0);
@@ -200,8 +203,8 @@ proptest! {
         }
     }
 
-    /// Common variables, jumps and calls of an Okuma give what the same program with macro B gives. Corners: loops of one pass,
-    /// no pass of a subprogram, sums of one term.
+    /// Common variables, jumps and calls of an Okuma give what the same program with macro B gives. Corners:
+    /// loops of one pass, no pass of a subprogram, sums of one term.
     #[test]
     fn an_okuma_counts_as_macro_b_does(
         start in -20i32..20,
@@ -231,7 +234,8 @@ proptest! {
         prop_assert_eq!(ends("okuma-osp", &okuma), ends("fanuc-30i", &fanuc), "{}", okuma);
     }
 
-    /// Where Z is not known, a curve of X and Y is the same as with it, as chords; every chord end lies on the curve with Z.
+    /// Where Z is not known, a curve of X and Y is the same as with it, as chords; every chord end lies on
+    /// the curve with Z.
     #[test]
     fn curves_without_z(points in prop::collection::vec([-40i32..40, -40..40], 3..8), kind in 0usize..3) {
         let word = ["BSPLINE", "CSPLINE", "ASPLINE"][kind];
@@ -408,7 +412,8 @@ fn bolt_holes_lie_on_their_circle() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(cases(200)))]
 
-    /// G51 and G68 of a Haas: a point is turned about the center of G68, then scaled about that of G51; radii are scaled.
+    /// G51 and G68 of a Haas: a point is turned about the center of G68, then scaled about that of G51; radii
+    /// are scaled.
     #[test]
     fn scaled_and_turned(
         factor in 0.01f64..20.0, about in [-50.0f64..50.0, -50.0..50.0], center in [-50.0f64..50.0, -50.0..50.0],

@@ -185,8 +185,8 @@ fn full_circles_and_turns() {
 
 #[test]
 fn euler_angles_of_a_tilted_plane() {
-    // Independent of the reader: the three turns applied to the axes one after the other, each about an axis of the turned
-    // trihedron (Rodrigues).
+    // Independent of the reader: the three turns applied to the axes one after the other, each about an axis
+    // of the turned trihedron (Rodrigues).
     let turn = |v: [f64; 3], k: [f64; 3], degrees: f64| -> [f64; 3] {
         let (s, c) = degrees.to_radians().sin_cos();
         let dot: f64 = (0..3).map(|i| v[i] * k[i]).sum();
@@ -452,7 +452,8 @@ fn a_center_that_fits_otherwise_is_named() {
 fn the_table_of_the_readme_tells_the_truth() {
     for (flavor, dialect) in FLAVORS {
         let settings = Settings { dialect, ..Settings::default() };
-        // A word of the grammar is judged without what it needs: only the codes of unknown and refused words matter here.
+        // A word of the grammar is judged without what it needs: only the codes of unknown and refused words
+        // matter here.
         let code = |word: &str| {
             check_text("p.nc", word, &settings)
                 .into_iter()
@@ -507,7 +508,8 @@ fn the_nist_plate_is_read_to_its_end() {
     let text = std::fs::read_to_string(&path).unwrap();
     let commands: Vec<Command> = Program::open(&path, &Settings::default()).unwrap().map(Result::unwrap).collect();
     assert!(matches!(commands.last().map(|c| &c.op), Some(Op::End)));
-    // Counted in the text: `TnM6`, and blocks with G2 or G3 (each is one arc; no arc block goes without the word but modal ones).
+    // Counted in the text: `TnM6`, and blocks with G2 or G3 (each is one arc; no arc block goes without the
+    // word but modal ones).
     let changes = text.lines().filter(|l| l.ends_with("M6")).count();
     let notes = commands.iter().filter(|c| matches!(c.op, Op::Tool(ToolAction::Change(_)))).count();
     assert_eq!(notes, changes);

@@ -1,4 +1,5 @@
-//! The line ends of a file, and what stands around it on tape and disk, change nothing: the same commands at the same places.
+//! The line ends of a file, and what stands around it on tape and disk, change nothing: the same commands at
+//! the same places.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

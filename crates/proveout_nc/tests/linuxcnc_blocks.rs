@@ -1,12 +1,12 @@
 //! Random blocks of all modal groups beside what the interpreter of `LinuxCNC` makes of them.
 //!
-//! `rs274/blocks.txt.gz` holds programs and the canonical calls of `rs274` (`rs274/record.py` says how, and makes them anew). The
-//! test needs no `LinuxCNC`. It runs all of them in seconds; `PROVEOUT_RS274_BLOCKS` is the number of programs of a hundred that run, and
-//! `PROVEOUT_RS274_FILE` names another recording.
+//! `rs274/blocks.txt.gz` holds programs and the canonical calls of `rs274` (`rs274/record.py` says how, and
+//! makes them anew). The test needs no `LinuxCNC`. It runs all of them in seconds; `PROVEOUT_RS274_BLOCKS` is
+//! the number of programs of a hundred that run, and `PROVEOUT_RS274_FILE` names another recording.
 //!
 //! * A block that `rs274` refuses must be refused.
-//! * A block that it takes gives the same motions, in machine coordinates, with the same feed, spindle, coolant, dwells, stops and
-//!   tool changes, or is refused: how often, each reason has its limit.
+//! * A block that it takes gives the same motions, in machine coordinates, with the same feed, spindle,
+//!   coolant, dwells, stops and tool changes, or is refused: how often, each reason has its limit.
 
 #![allow(
     clippy::unwrap_used,
@@ -34,7 +34,8 @@ const REFUSED_BY_NAME: &[(&str, f64)] = &[
     ("`G10 L", 90.0),
     ("the length of tool", 30.0),
     (", and no tool is in the spindle", 40.0),
-    // Behind a tool change, a probing motion and a machine motion places are not known to the program. Cycles need the level of the tool.
+    // Behind a tool change, a probing motion and a machine motion places are not known to the program. Cycles
+    // need the level of the tool.
     ("the position of", 80.0),
     ("the machine position is not known", 20.0),
     ("the start of the", 40.0),
@@ -79,8 +80,8 @@ fn text_of(program: &[&Recorded]) -> String {
     program.iter().map(|block| format!("    {}\n", block.text)).collect()
 }
 
-/// What `rs274` refuses for its set-up, and not for the block: tools that its table lacks, axes that its machine lacks, the programs of
-/// M100 to M199; G43.2 with axis letters, which later versions take.
+/// What `rs274` refuses for its set-up, and not for the block: tools that its table lacks, axes that its
+/// machine lacks, the programs of M100 to M199; G43.2 with axis letters, which later versions take.
 const SET_UP: [&str; 3] = ["Requested tool", "Bad character", "Unknown m code used: M100"];
 
 /// Under cutter compensation `rs274` keeps its calls back, so that they cannot be told apart by block.
@@ -89,16 +90,18 @@ fn is_compensated(block: &Recorded) -> bool {
     text.contains("G41") || text.contains("G42")
 }
 
-/// The number of blocks before the first in which `rs274` does other than a `LinuxCNC` that drives a machine. The interpreter is the
-/// same; what it asks the canonical machine differs between `saicanon.cc` of `rs274` and `emccanon.cc` and `ioControl.cc` of the
-/// machine (sources of 2.9, seen with programs of a few blocks):
+/// The number of blocks before the first in which `rs274` does other than a `LinuxCNC` that drives a machine.
+/// The interpreter is the same; what it asks the canonical machine differs between `saicanon.cc` of `rs274`
+/// and `emccanon.cc` and `ioControl.cc` of the machine (sources of 2.9, seen with programs of a few blocks):
 ///
-/// * M61: `CHANGE_TOOL_NUMBER` of `rs274` leaves entry 0 of the tool table, the tool in the spindle, as it was, and G43 without H in
-///   a later block takes the length of the tool before. The machine loads the tool into entry 0 (`EMC_TOOL_SET_NUMBER`).
-/// * G20 and G21: `USE_LENGTH_UNITS` of `rs274` leaves the number of the tool length as it was, 4 mm are 4 inch from there on. The
-///   machine gives it to the interpreter in the new unit (`GET_EXTERNAL_TOOL_LENGTH_XOFFSET`).
-/// * Behind a tool change the interpreter reads its position again. `rs274` gives the end of the last motion, in the coordinates of
-///   the tool length that was in force there.
+/// * M61: `CHANGE_TOOL_NUMBER` of `rs274` leaves entry 0 of the tool table, the tool in the spindle, as it
+///   was, and G43 without H in a later block takes the length of the tool before. The machine loads the tool
+///   into entry 0 (`EMC_TOOL_SET_NUMBER`).
+/// * G20 and G21: `USE_LENGTH_UNITS` of `rs274` leaves the number of the tool length as it was, 4 mm are 4
+///   inch from there on. The machine gives it to the interpreter in the new unit
+///   (`GET_EXTERNAL_TOOL_LENGTH_XOFFSET`).
+/// * Behind a tool change the interpreter reads its position again. `rs274` gives the end of the last motion,
+///   in the coordinates of the tool length that was in force there.
 fn as_a_machine(program: &[Recorded]) -> usize {
     let (mut numbered, mut length, mut inch) = (false, false, false);
     // Another tool length is in force than at the end of the last motion.

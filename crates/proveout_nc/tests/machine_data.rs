@@ -1,5 +1,5 @@
-//! What a program refers to and the machine states: reference points and kinematics; what is known of the position behind
-//! motions of the machine axes.
+//! What a program refers to and the machine states: reference points and kinematics; what is known of the
+//! position behind motions of the machine axes.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -274,8 +274,8 @@ fn a_kinematics_that_the_machine_does_not_list_is_refused() {
     }
 }
 
-/// Tool center point control, a point, a motion of machine axes, a turn: no stale coordinate is handed out, and nothing is
-/// computed from one.
+/// Tool center point control, a point, a motion of machine axes, a turn: no stale coordinate is handed out,
+/// and nothing is computed from one.
 #[test]
 fn behind_machine_coordinates_under_tcp_no_coordinate_of_the_tip_is_known() {
     struct Way {

@@ -1,9 +1,11 @@
-//! Milling cycles of a TNC and an 840D against the shape that they leave: the tool never crosses the wall, nothing stays inside of it, depths
-//! and infeeds are those of the program. The wall is written here by distances, not by paths.
+//! Milling cycles of a TNC and an 840D against the shape that they leave: the tool never crosses the wall,
+//! nothing stays inside of it, depths and infeeds are those of the program. The wall is written here by
+//! distances, not by paths.
 //!
-//! The generator visits pockets of any proportion with sharp, rounded and full corners, slots as wide as the tool, circular slots
-//! up to 300 degrees, all positions (Q367), turns, both directions, M4, every plunge, roughing alone and with finishing of the sides;
-//! surfaces of any proportion to all four sides of their corner, along both axes, in one direction and to and fro.
+//! The generator visits pockets of any proportion with sharp, rounded and full corners, slots as wide as the
+//! tool, circular slots up to 300 degrees, all positions (Q367), turns, both directions, M4, every plunge,
+//! roughing alone and with finishing of the sides; surfaces of any proportion to all four sides of their
+//! corner, along both axes, in one direction and to and fro.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -416,9 +418,9 @@ proptest! {
         prop_assert!((turns - want).abs() < 1e-6, "{} turns, {} wanted\n{}", turns, want, text);
     }
 
-    /// Threads of 263, 264 and 265 have their pitch, hand, depth and number of turns; 264 drills to its depth in infeeds that are no
-    /// deeper than asked, 265 goes down; the countersink runs at its depth and offset. Corners: both hands, climb and up-cut, no
-    /// countersink, one infeed.
+    /// Threads of 263, 264 and 265 have their pitch, hand, depth and number of turns; 264 drills to its depth
+    /// in infeeds that are no deeper than asked, 265 goes down; the countersink runs at its depth and offset.
+    /// Corners: both hands, climb and up-cut, no countersink, one infeed.
     #[test]
     fn threads_are_drilled_and_countersunk(
         bore in 0.2..3.9f64, radius in 2.0..6.0f64, pitch in 0.3..3.0f64, climb in any::<bool>(), left in any::<bool>(),

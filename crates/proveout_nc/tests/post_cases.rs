@@ -73,7 +73,8 @@ fn every_case_is_refused_by_name_or_comes_back() {
                     }
                     Err(error) => panic!("{what}: {error}"),
                 };
-                // Its entry is as long as the tool radius, which a LinuxCNC refuses: `nc --post` finds it when it reads the text again.
+                // Its entry is as long as the tool radius, which a LinuxCNC refuses: `nc --post` finds it
+                // when it reads the text again.
                 if path.ends_with("contour_milling.mpf") && to == Dialect::LinuxCnc {
                     let mut read = Program::from_text("written", written.as_str(), &settings(to, shift)).unwrap();
                     let fault = read.find_map(Result::err).unwrap();

@@ -1,5 +1,5 @@
-//! A written program is read again and moves as the original, or it is told where it does not: every case program in every dialect, texts
-//! with one wrong number, and arcs of all radii.
+//! A written program is read again and moves as the original, or it is told where it does not: every case
+//! program in every dialect, texts with one wrong number, and arcs of all radii.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -23,8 +23,8 @@ const SOURCES: [(&str, Dialect); 8] = [
 const TARGETS: [Dialect; 6] =
     [Dialect::Siemens840d, Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc, Dialect::Heidenhain, Dialect::Apt];
 
-/// Texts that do not move as their originals and so are not written: the feed of M140, a circle of no radius, and an entry as long as
-/// the tool radius, which a LinuxCNC refuses.
+/// Texts that do not move as their originals and so are not written: the feed of M140, a circle of no radius,
+/// and an entry as long as the tool radius, which a LinuxCNC refuses.
 const REFUSED: [(&str, Dialect); 3] = [
     ("tcpm.h", Dialect::Heidenhain),
     ("circle_pocket.nc", Dialect::Siemens840d),

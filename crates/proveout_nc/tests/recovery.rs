@@ -1,8 +1,9 @@
 //! `check` tells the faults of all lines at once, each at its line, and none that follows from another.
 //!
-//! Faults are put into the programs of the case folders, which are in order: as lines of their own, and at the end of lines
-//! that are there, which then set less than they did. Corners: the first and the last line, neighboring lines, lines in loops
-//! and subprograms, between the parts of a cycle. Multi-line blocks are not cut in two. `PROVEOUT_CASES` raises the count.
+//! Faults are put into the programs of the case folders, which are in order: as lines of their own, and at
+//! the end of lines that are there, which then set less than they did. Corners: the first and the last line,
+//! neighboring lines, lines in loops and subprograms, between the parts of a cycle. Multi-line blocks are not
+//! cut in two. `PROVEOUT_CASES` raises the count.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

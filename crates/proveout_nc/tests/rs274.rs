@@ -1,9 +1,10 @@
-//! The motions of RS274 programs beside those of `LinuxCNC`'s own interpreter, where its program `rs274` is installed (Debian:
-//! `linuxcnc-uspace`).
+//! The motions of RS274 programs beside those of `LinuxCNC`'s own interpreter, where its program `rs274` is
+//! installed (Debian: `linuxcnc-uspace`).
 //!
-//! `PROVEOUT_RS274_FOLDER` names a folder of further programs. Compared are the ends of all motions in work coordinates, whether they
-//! are rapid, and the centers of arcs. Left out are programs that one of the two refuses, and what the canonical calls do not
-//! say or the reader does not do by itself: cutter compensation, NURBS, threads outside of the XY plane, G33.1.
+//! `PROVEOUT_RS274_FOLDER` names a folder of further programs. Compared are the ends of all motions in work
+//! coordinates, whether they are rapid, and the centers of arcs. Left out are programs that one of the two
+//! refuses, and what the canonical calls do not say or the reader does not do by itself: cutter compensation,
+//! NURBS, threads outside of the XY plane, G33.1.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

@@ -1,5 +1,6 @@
-//! CYCLE72 of an 840D with the tool center computed: the tool never crosses the contour, stands against it all along, with its
-//! allowance where it roughs, and goes as deep as the program says; and what of contours is refused.
+//! CYCLE72 of an 840D with the tool center computed: the tool never crosses the contour, stands against it
+//! all along, with its allowance where it roughs, and goes as deep as the program says; and what of contours
+//! is refused.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

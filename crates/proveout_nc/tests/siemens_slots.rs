@@ -1,5 +1,6 @@
-//! Slots and spigots of an 840D against their walls, written here by distances: the tool never crosses a wall, stands against it
-//! all around where the cycle finishes, and goes as deep as the program says, in no larger steps.
+//! Slots and spigots of an 840D against their walls, written here by distances: the tool never crosses a
+//! wall, stands against it all around where the cycle finishes, and goes as deep as the program says, in no
+//! larger steps.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -111,7 +112,8 @@ fn slots_stay_in_their_walls_and_reach_them() {
     }
 }
 
-/// No point is nearer to the wall than the radius, some at the bottom stand against it, and no infeed is larger than asked.
+/// No point is nearer to the wall than the radius, some at the bottom stand against it, and no infeed is
+/// larger than asked.
 fn check_inside(points: &[[f64; 3]], wall: impl Fn(P) -> f64, bottom: f64, infeed: f64) {
     let nearest = points.iter().map(|p| -wall([p[0], p[1]])).fold(f64::INFINITY, f64::min);
     assert!((nearest - RADIUS).abs() < 1e-6, "the tool comes within {nearest}");
@@ -167,8 +169,8 @@ fn spigots_are_gone_around_and_left_whole() {
     }
 }
 
-/// No point is nearer to the spigot than radius and allowance, the ring around it is closed at the bottom, and the tool goes down
-/// clear of the blank, which ends `blank` from the middle.
+/// No point is nearer to the spigot than radius and allowance, the ring around it is closed at the bottom,
+/// and the tool goes down clear of the blank, which ends `blank` from the middle.
 fn check_outside(points: &[[f64; 3]], wall: impl Fn(P) -> f64, allowance: f64, blank: f64, bottom: f64) {
     let nearest = points.iter().map(|p| wall([p[0], p[1]])).fold(f64::INFINITY, f64::min);
     assert!((nearest - RADIUS - allowance).abs() < 1e-6, "the tool comes within {nearest}");

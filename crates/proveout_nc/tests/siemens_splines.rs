@@ -1,4 +1,5 @@
-//! Splines and polynomials of an 840D against their definitions: de Boor's recursion, the polynomial itself, continuity.
+//! Splines and polynomials of an 840D against their definitions: de Boor's recursion, the polynomial itself,
+//! continuity.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

@@ -81,8 +81,9 @@ fn tangent(arc: &ArcMotion, p: [f64; 2]) -> [f64; 2] {
 proptest! {
     #![proptest_config(ProptestConfig { cases: std::env::var("PROVEOUT_CASES").ok().and_then(|v| v.parse().ok()).unwrap_or(200), max_global_rejects: 100_000, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// Lines with RND: every arc leaves the line before along its direction, enters the next along its, has the radius, and
-    /// the path is shorter than the polygon by `2 r tan(a/2) - r a` at each corner that turns by a.
+    /// Lines with RND: every arc leaves the line before along its direction, enters the next along its, has
+    /// the radius, and the path is shorter than the polygon by `2 r tan(a/2) - r a` at each corner that turns
+    /// by a.
     #[test]
     fn roundings_are_tangential(points in prop::collection::vec((-100i32..100, -100i32..100), 3..8), radius in 0.1..3.0f64, modal in any::<bool>()) {
         let points: Vec<[f64; 2]> = points.iter().map(|&(x, y)| [f64::from(x), f64::from(y)]).collect();

@@ -122,8 +122,8 @@ fn arcs_start_and_end_on_their_circles() {
                     |p: [f64; 3]| p.iter().zip(arc.center_base).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt();
                 let start: [f64; 3] = from.unwrap();
                 let end = arc.motion.end_base.xyz().unwrap();
-                // No helices in these programs. The words carry 0.001 mm, so radii of arcs over half a turn, whose center
-                // is kept, differ by about that; the others are exact.
+                // No helices in these programs. The words carry 0.001 mm, so radii of arcs over half a turn,
+                // whose center is kept, differ by about that; the others are exact.
                 assert!((distance(start) - arc.radius).abs() < 1e-9, "line {}", command.location.line);
                 assert!((distance(end) - arc.radius).abs() < 2e-3, "line {}", command.location.line);
                 assert!(arc.sweep > 0.0 && arc.sweep <= std::f64::consts::TAU);

@@ -1,13 +1,15 @@
-//! The lines of Lu, Yang and Zhao 2022 (doi:10.21203/rs.3.rs-1213345/v1) near the leading edge of the stand-in blade, on both machines of
-//! the paper, beside the other kinds of path: what each asks of the rotary joints, whatever its blocks are.
+//! The lines of Lu, Yang and Zhao 2022 (doi:10.21203/rs.3.rs-1213345/v1) near the leading edge of the
+//! stand-in blade, on both machines of the paper, beside the other kinds of path: what each asks of the
+//! rotary joints, whatever its blocks are.
 //!
 //! ```text
 //! cargo run -p proveout_path --example lu_lines
 //! ```
 //!
-//! Contacts lie 0.05 mm apart (0.01 mm where a line turns round an edge) and the tool stands along the normal. `deg/mm` is the largest rate of the joint that turns about the span
-//! (B of machine II, C of machine I) for each mm of the contact's path, `range` its largest range on one line, `deg/s` its velocity at
-//! 500 mm/min, `feed` the lowest feed that 30 deg/s allow.
+//! Contacts lie 0.05 mm apart (0.01 mm where a line turns round an edge) and the tool stands along the
+//! normal. `deg/mm` is the largest rate of the joint that turns about the span (B of machine II, C of machine
+//! I) for each mm of the contact's path, `range` its largest range on one line, `deg/s` its velocity at 500
+//! mm/min, `feed` the lowest feed that 30 deg/s allow.
 
 #![allow(clippy::print_stdout, reason = "a study prints its table")]
 
@@ -25,7 +27,8 @@ use proveout_tool::Cutter;
 
 type Fault = Box<dyn Error>;
 
-/// A machine with the joint about the span, and the blade on its table: span along z for machine I, along y for machine II.
+/// A machine with the joint about the span, and the blade on its table: span along z for machine I, along y
+/// for machine II.
 fn machines() -> Result<Vec<(&'static str, Machine, Pose)>, Fault> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines");
     let upright = Pose::from_axis_angle(&Vector::y(), rad(-90.0));

@@ -1,5 +1,5 @@
-//! Contacts of cutters on surfaces with closed forms: positions against golden numbers, errors between contacts against dense
-//! evaluation, curvatures of the envelope against the envelope itself.
+//! Contacts of cutters on surfaces with closed forms: positions against golden numbers, errors between
+//! contacts against dense evaluation, curvatures of the envelope against the envelope itself.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -90,7 +90,8 @@ fn wheels_stand_where_the_golden_numbers_say() {
     assert_eq!(rows, 8);
 }
 
-/// Every cutter touches the tangent plane from outside: no point of its skin lies below it, and the contact lies on its skin.
+/// Every cutter touches the tangent plane from outside: no point of its skin lies below it, and the contact
+/// lies on its skin.
 #[test]
 fn cutters_touch_and_do_not_cross_the_tangent_plane() {
     let torus = Torus { big: 60.0, small: 25.0 };
@@ -139,8 +140,8 @@ fn rules() -> Vec<AxisRule> {
     ]
 }
 
-/// Dense evaluation of the gap and the chord between contacts: 64 places for each step instead of the one to three that the planner
-/// looks at.
+/// Dense evaluation of the gap and the chord between contacts: 64 places for each step instead of the one to
+/// three that the planner looks at.
 #[test]
 fn the_chord_error_holds_between_all_contacts() {
     let lu = ClosedSurface::new(Lu::stand_in());
@@ -165,7 +166,8 @@ fn the_chord_error_holds_between_all_contacts() {
                     let sampler = Sampler { surface, cutter, rule: &rule, step };
                     let path = match sampler.line(&line) {
                         Ok(path) => path,
-                        // A bull-nose mill along the normal of a hollow stands on its rim: that is refused, not planned.
+                        // A bull-nose mill along the normal of a hollow stands on its rim: that is refused,
+                        // not planned.
                         Err(PathError::CutterTooLarge { .. }) if which == 1 => continue,
                         Err(e) => panic!("{e}"),
                     };
@@ -196,7 +198,8 @@ fn the_chord_error_holds_between_all_contacts() {
     assert!(most_used > 0.7, "steps are far shorter than the error allows: {most_used}");
 }
 
-/// The curvature across the feed of what a moving cutter leaves, against the cutter itself: lowest points of many poses.
+/// The curvature across the feed of what a moving cutter leaves, against the cutter itself: lowest points of
+/// many poses.
 #[test]
 fn the_envelope_across_the_feed_is_that_of_the_moving_cutter() {
     let torus = Torus { big: 60.0, small: 25.0 };
@@ -219,7 +222,8 @@ fn the_envelope_across_the_feed_is_that_of_the_moving_cutter() {
                 (-4000..=4000)
                     .map(|k| {
                         let pose = pose(0.5 + f64::from(k) * 2e-6 * 4.0).pose;
-                        // Along the normal line through the foot: where it meets the skin, by bisection of the distance.
+                        // Along the normal line through the foot: where it meets the skin, by bisection of
+                        // the distance.
                         let distance = |h: f64| {
                             let d = foot + at.normal * h - pose.tip;
                             let z = d.dot(&pose.axis);

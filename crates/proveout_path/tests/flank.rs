@@ -21,7 +21,8 @@ fn cylinder() -> PathCutter {
     cutter(&Cutter::bull_nose(12.0, 0.5).unwrap(), 40.0)
 }
 
-/// Half angle of 5 degrees above a corner of 1 mm, which is tangent to the bottom and, but for a nanometer, to the flank.
+/// Half angle of 5 degrees above a corner of 1 mm, which is tangent to the bottom and, but for a nanometer,
+/// to the flank.
 fn cone() -> Apt {
     let (sine, cosine) = rad(5.0).sin_cos();
     Apt {
@@ -51,7 +52,8 @@ fn plan(
     Task { surface, cutter, rule: &QUARTERS, step, allowance }.plan(flank)
 }
 
-/// How deep the side of rulings along u stands in the cutter, over the whole ruling and 2 mm beside it, by the widths of the profile.
+/// How deep the side of rulings along u stands in the cutter, over the whole ruling and 2 mm beside it, by
+/// the widths of the profile.
 fn dense(surface: &dyn ParametricSurface, cutter: &PathCutter, line: &LineContacts, k: usize) -> f64 {
     let contact = &line.contacts[k];
     let [low, high] = surface.domain().u;
@@ -92,8 +94,8 @@ fn the_flank_touches_a_developable_side_along_its_rulings() {
     }
 }
 
-/// The twisted face: its normals turn by psi over the ruling, `tan(psi / 2) = w p / 1` with the pitch p for each mm, and the flank errs by about
-/// rho psi^2 / 8 of the part between the points.
+/// The twisted face: its normals turn by psi over the ruling, `tan(psi / 2) = w p / 1` with the pitch p for
+/// each mm, and the flank errs by about rho psi^2 / 8 of the part between the points.
 #[test]
 fn the_error_on_a_twisted_side_is_that_of_dense_evaluation_and_grows_with_the_square_of_the_twist() {
     let cutter = cylinder();
@@ -213,7 +215,8 @@ fn axes_and_tips_on_a_face() {
         assert!((head.axis(&place, 0.5).unwrap() - v(0.0, -w.sin(), w.cos())).norm() < 1e-14);
     }
     assert_eq!(AxisRule::FixedHead { table: Vector::z(), head: 0.0, lead: 0.0 }.axis(&place, 0.5), None);
-    // Tips for an axis that leads by l, contact (5, 3, 0): the center of the corner circle stands r above it, the tip below that center.
+    // Tips for an axis that leads by l, contact (5, 3, 0): the center of the corner circle stands r above it,
+    // the tip below that center.
     let axis = v(l.sin(), 0.0, l.cos());
     let tip = |cutter: &Cutter, flutes: f64| self::cutter(cutter, flutes).touch(&place, &axis, 0.0, None).pose.tip;
     let near = |a: Point, b: Vector, name: &str| assert!((a.coords - b).norm() < 1e-12, "{name} {a:?} {b:?}");

@@ -1,4 +1,5 @@
-//! Strategies on surfaces with closed forms: where their lines lie, how far apart, how they are linked, and what is refused.
+//! Strategies on surfaces with closed forms: where their lines lie, how far apart, how they are linked, and
+//! what is refused.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -24,7 +25,8 @@ fn task<'a>(surface: &'a dyn ParametricSurface, cutter: &'a PathCutter) -> Task<
     Task { surface, cutter, rule: &RULE, step: StepRule::Chord { error: 0.005, longest: 2.0 }, allowance: 0.0 }
 }
 
-/// A blade of 100 mm whose edges have radii of 1.6 and 1.2 mm: those of the stand-in of Lu et al. go below 1 um, where every chord is refused.
+/// A blade of 100 mm whose edges have radii of 1.6 and 1.2 mm: those of the stand-in of Lu et al. go below 1
+/// um, where every chord is refused.
 fn camber_side() -> CamberSide {
     let section = CamberSection::stand_in();
     CamberSide::new(Blade::new(BladeSpec { section, length: 100.0, twist: 0.004, platform: None }).unwrap())
@@ -72,7 +74,8 @@ fn lines_lie_as_far_apart_as_the_scallop_allows() {
     spaced("constant-scallop, concave", &task.plan(&constant).unwrap(), true);
 }
 
-/// Lines all round a blade, to and fro: every contact has its neighbor beside it but where the next line begins aside, for the blade is twisted; the first and the last line lie at the ends of the range.
+/// Lines all round a blade, to and fro: every contact has its neighbor beside it but where the next line
+/// begins aside, for the blade is twisted; the first and the last line lie at the ends of the range.
 #[test]
 fn lines_all_round_keep_within_their_range_and_find_their_neighbors() {
     let side = camber_side();

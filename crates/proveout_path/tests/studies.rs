@@ -1,5 +1,5 @@
-//! Published paths before any treatment: lines near the leading edge of Lu et al. 2022 on both of its machines, and the row of Cui et al.
-//! 2022, against the figures of an independent implementation.
+//! Published paths before any treatment: lines near the leading edge of Lu et al. 2022 on both of its
+//! machines, and the row of Cui et al. 2022, against the figures of an independent implementation.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -71,8 +71,8 @@ fn quasi(degrees: &[f64]) -> QuasiCircle {
     }
 }
 
-/// Largest rate of the rotary joint that turns about the span (deg/mm), its largest range on one line (deg), its velocity at 500 mm/min
-/// (deg/s), and the lowest feed under 30 deg/s (mm/s).
+/// Largest rate of the rotary joint that turns about the span (deg/mm), its largest range on one line (deg),
+/// its velocity at 500 mm/min (deg/s), and the lowest feed under 30 deg/s (mm/s).
 fn figures(surface: &dyn ParametricSurface, name: &str, strategy: &dyn Strategy) -> [f64; 4] {
     let joint = if name == "lu-serial-i" { "C" } else { "B" };
     let (_, all) = judged(surface, name, strategy);

@@ -1,8 +1,9 @@
-//! Writes one recording for each machine of `machines/`, at home at 0 s and in a working pose at 1 s, with a block of stock on
-//! its table: `machine_recordings FOLDER [MACHINE...]`. The pictures of `docs/pictures/machines.png` are made from them.
+//! Writes one recording for each machine of `machines/`, at home at 0 s and in a working pose at 1 s, with a
+//! block of stock on its table: `machine_recordings FOLDER [MACHINE...]`. The pictures of
+//! `docs/pictures/machines.png` are made from them.
 //!
-//! Working poses come from `machines/poses.csv`; slides that it does not name stand in the middle of their travel, rotary
-//! joints at zero.
+//! Working poses come from `machines/poses.csv`; slides that it does not name stand in the middle of their
+//! travel, rotary joints at zero.
 #![allow(clippy::print_stdout, reason = "a command line prints")]
 
 #[allow(dead_code, reason = "only the verdict of the synthetic run is used")]

@@ -1,5 +1,5 @@
-//! Least angular acceleration of tool axes against its specification: golden files, published vectors, the rows of both scenes as an
-//! independent implementation counts them, and the printed forms that are wrong.
+//! Least angular acceleration of tool axes against its specification: golden files, published vectors, the
+//! rows of both scenes as an independent implementation counts them, and the printed forms that are wrong.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -60,8 +60,8 @@ fn published_axes_follow_arc_length() {
     assert!((axes[2] - printed(&table[2], 8)).norm() > 1.8);
 }
 
-/// A row along y on z = m/k (1 - cos k y) in steps of equal arc, from a phase over 1.5 periods: points, and initial axes that lean 5
-/// degrees from the normal towards the feed.
+/// A row along y on z = m/k (1 - cos k y) in steps of equal arc, from a phase over 1.5 periods: points, and
+/// initial axes that lean 5 degrees from the normal towards the feed.
 fn sine(m: f64, k: f64, step: f64, phase_deg: f64) -> (Vec<Point>, Vec<Vector>) {
     let slope = |y: f64| m * (k * y).sin();
     let (from, to) = (phase_deg.to_radians() / k, phase_deg.to_radians() / k + 1.5 * TAU / k);
@@ -83,7 +83,8 @@ fn sine(m: f64, k: f64, step: f64, phase_deg: f64) -> (Vec<Point>, Vec<Vector>) 
     (points, axes.collect())
 }
 
-/// Largest angular velocity and acceleration of A, deg and s, at 250 mm/min (specification 4); A of both signs, or of one with C.
+/// Largest angular velocity and acceleration of A, deg and s, at 250 mm/min (specification 4); A of both
+/// signs, or of one with C.
 fn peaks(axes: &[Vector], arc: &[f64], one_sign: bool) -> [f64; 2] {
     let v = 250.0 / 60.0;
     let steps: Vec<f64> = arc.windows(2).map(|s| s[1] - s[0]).collect();
@@ -263,7 +264,8 @@ fn ball_centers_stay_and_what_it_is_not_for_is_refused_with_the_block() {
     assert!(code == "reschedule-channel" && line > 1 && (line as usize) < n, "{line} of {n}");
 }
 
-/// The specification's example: two intervals of ten steps with mean rates 1 and 2. The law between keys has a sum of 1.0, the least one 0.149.
+/// The specification's example: two intervals of ten steps with mean rates 1 and 2. The law between keys has
+/// a sum of 1.0, the least one 0.149.
 #[test]
 fn over_the_whole_row_the_sum_is_less_than_between_two_keys_each() {
     let scale = 0.01;

@@ -1,5 +1,6 @@
-//! The method of Dong et al. 2023 against its specification: golden files, closed forms of roughness, the printed forms that are wrong, and the rows of
-//! the stand-in surface as an independent implementation counts them.
+//! The method of Dong et al. 2023 against its specification: golden files, closed forms of roughness, the
+//! printed forms that are wrong, and the rows of the stand-in surface as an independent implementation counts
+//! them.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail by panic; figures are told")]
 
@@ -123,7 +124,8 @@ impl ContactSurface for Plane {
     }
 }
 
-/// A parabola of height H has Ra = 4 H / (9 sqrt 3) about its mean line; the torus at a distance that is small beside its radius is one.
+/// A parabola of height H has Ra = 4 H / (9 sqrt 3) about its mean line; the torus at a distance that is
+/// small beside its radius is one.
 #[test]
 fn roughness_of_a_plane_is_that_of_its_parabolas() {
     let parabola: Vec<[f64; 2]> =
@@ -140,8 +142,9 @@ fn roughness_of_a_plane_is_that_of_its_parabolas() {
     }
 }
 
-/// The Gaussian filter of ISO 16610-21 lets `exp(-pi (alpha cutoff / wave)^2)` of a wave through to the mean line: half of one of the cutoff. Rows of a torus 0.8 mm apart
-/// are nearly parabolas, whose waves of 0.8, 0.4 ... mm are left by that.
+/// The Gaussian filter of ISO 16610-21 lets `exp(-pi (alpha cutoff / wave)^2)` of a wave through to the mean
+/// line: half of one of the cutoff. Rows of a torus 0.8 mm apart are nearly parabolas, whose waves of 0.8,
+/// 0.4 ... mm are left by that.
 #[test]
 fn filtered_roughness_is_what_the_filter_leaves_of_the_waves() {
     let alpha = (std::f64::consts::LN_2 / std::f64::consts::PI).sqrt();
@@ -239,8 +242,9 @@ fn solved(
     method.reschedule(&runs[row], &around)
 }
 
-/// Rows of the stand-in, 0.8 mm apart in y: nothing gouges, the strip stays in its window, no contact is rougher than 1.6 um, the joints turn at most 1.5
-/// times as fast as with the constant lead. Rows: both rims, the middle where C stands, and the roughest. `PROVEOUT_MULTI_SCALE=full` takes all 51.
+/// Rows of the stand-in, 0.8 mm apart in y: nothing gouges, the strip stays in its window, no contact is
+/// rougher than 1.6 um, the joints turn at most 1.5 times as fast as with the constant lead. Rows: both rims,
+/// the middle where C stands, and the roughest. `PROVEOUT_MULTI_SCALE=full` takes all 51.
 #[test]
 fn rows_of_the_stand_in_keep_all_rules() {
     let surface = dong();
@@ -300,7 +304,8 @@ fn rows_of_the_stand_in_keep_all_rules() {
     assert!(new[0] <= 1.5 * old[0] && new[1] <= 1.5 * old[1], "{old:?} {new:?}");
 }
 
-/// The published ends (20 degrees) are rougher than the limit: with a run-in they stay and are reported, judged they move.
+/// The published ends (20 degrees) are rougher than the limit: with a run-in they stay and are reported,
+/// judged they move.
 #[test]
 fn published_ends_need_a_run_in() {
     let surface = dong();
@@ -383,8 +388,9 @@ fn what_it_is_not_defined_for_is_refused() {
     assert_eq!(base.reschedule(&runs[1], &around).unwrap_err().code, "reschedule-tool");
 }
 
-/// Probability that a normal distribution lies above a place, in its standard deviations: tables of the normal distribution (for instance Abramowitz and Stegun 1964,
-/// table 26.1) have 0.5, 0.158655, 0.022750 and 0.001350 above 0, 1, 2 and 3.
+/// Probability that a normal distribution lies above a place, in its standard deviations: tables of the
+/// normal distribution (for instance Abramowitz and Stegun 1964, table 26.1) have 0.5, 0.158655, 0.022750 and
+/// 0.001350 above 0, 1, 2 and 3.
 #[test]
 fn a_probe_reads_a_part_with_a_normal_scatter() {
     let model = Measurement { part: 0.5, spread: 0.1 };
@@ -397,7 +403,8 @@ fn a_probe_reads_a_part_with_a_normal_scatter() {
     assert_eq!([sharp.above(2.0, 0.99), sharp.above(2.0, 1.01)], [1.0, 0.0]);
 }
 
-/// With a measurement the study tells places, with a margin contacts lie farther inside, and what is no model is refused.
+/// With a measurement the study tells places, with a margin contacts lie farther inside, and what is no model
+/// is refused.
 #[test]
 fn options_of_the_published_numbers_act() {
     let surface = dong();

@@ -206,7 +206,8 @@ fn the_channel_has_the_width_of_the_specification_and_is_on_the_safe_side() {
 
 #[test]
 fn a_circle_has_no_altered_points_and_a_straight_plan() {
-    // Specification, test 2: phi = S / (rho + R); limits phi and phi - pi; theta rises in proportion to S between the flats.
+    // Specification, test 2: phi = S / (rho + R); limits phi and phi - pi; theta rises in proportion to S
+    // between the flats.
     let cutter = ball();
     let blocks = (0..4000)
         .map(|i| {
@@ -312,8 +313,8 @@ fn random_channels_give_monotone_smooth_curves_inside() {
             let inside = curve.at(from[0] + 0.4 * (to[0] - from[0]));
             assert!((inside - from[1]).abs() < 1e-12, "seed {seed} {unit:?}: {inside} {}", from[1]);
         }
-        // G2 at the joints: both pieces of a corner and the straight segments meet with equal slope, and with no curvature:
-        // theta leaves its tangent there only with the third power of the distance.
+        // G2 at the joints: both pieces of a corner and the straight segments meet with equal slope, and with
+        // no curvature: theta leaves its tangent there only with the third power of the distance.
         for corner in curve.corners.iter().flatten().take(4) {
             let c = &corner.control;
             let leg = |k: usize| c[k + 1][0] - c[k][0];
@@ -325,8 +326,9 @@ fn random_channels_give_monotone_smooth_curves_inside() {
                 (c[4][0], slopes[2], -leg(3)),
             ] {
                 let off = |part: f64| corner.at(s + h * part) - corner.at(s) - slope * h * part;
-                // Without curvature the curve leaves its tangent with the third power of the distance: ten times the distance
-                // gives a thousandfold gap. A curvature would give a hundredfold one; between them lies 300.
+                // Without curvature the curve leaves its tangent with the third power of the distance: ten
+                // times the distance gives a thousandfold gap. A curvature would give a hundredfold one;
+                // between them lies 300.
                 let rounding = 1e-12 * (1.0 + corner.at(s).abs());
                 assert!(off(0.2).abs() + rounding > 300.0 * (off(0.02).abs() - rounding), "seed {seed} {unit:?} {s}");
             }

@@ -1,5 +1,5 @@
-//! Tool axes near the pole against their specification: golden files, the stand-in row with its published effect, rows that are not
-//! symmetric, and the printed forms that are wrong.
+//! Tool axes near the pole against their specification: golden files, the stand-in row with its published
+//! effect, rows that are not symmetric, and the printed forms that are wrong.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -68,7 +68,8 @@ fn golden_stretches_through_the_pole_and_beside_it() {
     let printed = degrees(5.0 + 5.0 + 6.0, 10.0 - 40.0);
     assert!(printed.axis().dot(&tail.axis()).acos().to_degrees() > 9.0);
     assert!((between(head, tail, 1.0, FRAC_PI_2).0.axis() - tail.axis()).norm() < 1e-12);
-    // The branch is decided once: a turn of half a circle crosses, and ends at the angle of the tail, not at that of the head.
+    // The branch is decided once: a turn of half a circle crosses, and ends at the angle of the tail, not at
+    // that of the head.
     let (straight, crossed) = between(degrees(5.0, 0.0), degrees(7.0, 180.0), 1.0, FRAC_PI_2);
     assert!(crossed && (straight.polar.to_degrees() + 7.0).abs() < 1e-12 && straight.azimuth.abs() < 1e-12);
 }
@@ -136,8 +137,8 @@ fn tip(cutter: &PathCutter, (point, normal): &(Point, Vector), axis: &Vector) ->
     cutter.touch(&place, axis, 0.0, None).pose.tip
 }
 
-/// Largest distance of the tip from its chord where a control without tool center point control runs joints straight from block to
-/// block, um: C table, B head, pivot 150 mm above the tip.
+/// Largest distance of the tip from its chord where a control without tool center point control runs joints
+/// straight from block to block, um: C table, B head, pivot 150 mm above the tip.
 fn tip_error(row: &StandIn, angles: &[PoleAngles]) -> f64 {
     let cutter = PathCutter::new(Cutter::drum_wheel(38.0, 1.5, 0.0, 3.0).unwrap().bodies(3.0).unwrap().remove(0));
     let pivot = 150.0;
@@ -222,7 +223,8 @@ fn the_stand_in_row_has_the_published_effect() {
 
 #[test]
 fn rows_without_symmetry_go_on_behind_the_pole_and_come_back() {
-    // Unequal steps, other angles at both ends, two passes by the pole: the second returns to the first description's side.
+    // Unequal steps, other angles at both ends, two passes by the pole: the second returns to the first
+    // description's side.
     let mut state = 77_u64;
     let mut random = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

@@ -118,7 +118,8 @@ fn a_wide_channel_is_turned_through_evenly() {
     assert!(velocity < 34.0 && peak < 5.0, "{velocity} {peak}");
 }
 
-/// A row of random gates with its times: jumps, slow stretches, blocks of different times; with limits that rise or go up and down.
+/// A row of random gates with its times: jumps, slow stretches, blocks of different times; with limits that
+/// rise or go up and down.
 fn random_channel(seed: u64, rising: bool) -> (SectionPath, Channel, Vec<f64>) {
     let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
     let mut random = move || {
@@ -179,7 +180,8 @@ fn random_channels_are_kept_between_blocks_and_their_bound_is_never_above() {
             assert!(plan.angles.windows(2).all(|q| q[1] >= q[0]), "seed {seed} falls");
         }
         splines += u64::from(plan.acceleration.is_some());
-        // The second derivative is continuous, and nowhere above what is told or what ramps may have: second differences are means of it.
+        // The second derivative is continuous, and nowhere above what is told or what ramps may have: second
+        // differences are means of it.
         if let Some(peak) = plan.acceleration {
             let ramp = 3.0_f64;
             let steps: Vec<f64> = plan.angles.windows(2).zip(&least).map(|(q, t)| (q[1] - q[0]) / t).collect();
@@ -364,8 +366,9 @@ impl FeasibleRegion for Bands {
     }
 }
 
-/// Where the control follows the feed with every schedule, nothing is to be gained but smoothness: the program before swings with half the time of acceleration
-/// and half of braking, which needs a higher velocity than the method gives itself, and less acceleration.
+/// Where the control follows the feed with every schedule, nothing is to be gained but smoothness: the
+/// program before swings with half the time of acceleration and half of braking, which needs a higher
+/// velocity than the method gives itself, and less acceleration.
 #[test]
 fn at_the_feed_a_smoother_program_before_is_kept() {
     let cutter = ball();
@@ -418,7 +421,8 @@ fn what_cannot_be_done_is_reported_with_the_block() {
     assert!(Smooth { monotone: false, ..Smooth::default() }.plan(&path, &channel, &least, limits).is_ok());
 }
 
-/// 10,000 and 40,000 blocks of a channel that swings as a blade's: nearly linear. `PROVEOUT_SMOOTH_BLOCKS=100000` for more.
+/// 10,000 and 40,000 blocks of a channel that swings as a blade's: nearly linear.
+/// `PROVEOUT_SMOOTH_BLOCKS=100000` for more.
 #[test]
 fn time_grows_with_the_number_of_blocks() {
     let limits = TurnLimits { velocity: 2.0, acceleration: 20.0 };

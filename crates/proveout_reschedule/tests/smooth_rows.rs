@@ -1,4 +1,5 @@
-//! The method `smooth` for rows: random obstacles that only a detour passes, the pole of a table, what it refuses, and how its time grows.
+//! The method `smooth` for rows: random obstacles that only a detour passes, the pole of a table, what it
+//! refuses, and how its time grows.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
@@ -162,8 +163,9 @@ fn random(state: &mut u64) -> f64 {
     (*state >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Rows whose own axes wave to and fro, past posts that the straight way from end to end hits: contacts and ends stay, between blocks nothing is
-/// touched, and no schedule is slower or less even than the program before.
+/// Rows whose own axes wave to and fro, past posts that the straight way from end to end hits: contacts and
+/// ends stay, between blocks nothing is touched, and no schedule is slower or less even than the program
+/// before.
 #[test]
 fn random_posts_are_passed_free_between_blocks_and_smoother_than_before() {
     let mut state = 11;
@@ -260,7 +262,8 @@ impl FeasibleRegion for Open {
     }
 }
 
-/// On a great circle that passes the pole of the table by one degree, as in the row of Cui et al. 2022: 12 degrees at azimuth 5 to 12 at azimuth 175.
+/// On a great circle that passes the pole of the table by one degree, as in the row of Cui et al. 2022: 12
+/// degrees at azimuth 5 to 12 at azimuth 175.
 fn past_the_pole(blocks: usize) -> CuttingRun {
     let tilted = |azimuth: f64| {
         let (lean, a) = (12.0_f64.to_radians(), azimuth.to_radians());
@@ -412,7 +415,8 @@ fn what_it_cannot_do_is_reported_with_the_block() {
     assert_eq!(method.reschedule(&run, &around).unwrap_err().code, "reschedule-path");
 }
 
-/// Same input, same numbers; a row of 10,000 blocks in time that is nearly in proportion. `PROVEOUT_LONG_ROWS=100000` for one more.
+/// Same input, same numbers; a row of 10,000 blocks in time that is nearly in proportion.
+/// `PROVEOUT_LONG_ROWS=100000` for one more.
 #[test]
 fn long_rows_are_planned_and_again_the_same() {
     let machine = machine("jdgr200t");

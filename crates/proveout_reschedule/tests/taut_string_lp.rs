@@ -1,11 +1,13 @@
-//! The taut string against the linear program of feed and velocity, solved by a simplex method that shares nothing with it.
+//! The taut string against the linear program of feed and velocity, solved by a simplex method that shares
+//! nothing with it.
 //!
 //! ```text
 //!   minimize  sum e_i     low_i <= q_i <= high_i,   |q_i+1 - q_i| <= V (least_i + e_i),   e_i >= 0
 //! ```
 //!
-//! With `q = low + x` all costs are zero or one and all unknowns at least zero, so that the slack basis has a sound dual: the dual simplex method
-//! (C. E. Lemke 1954), rows and columns by the smallest index as R. G. Bland (1977) takes them, so that it ends.
+//! With `q = low + x` all costs are zero or one and all unknowns at least zero, so that the slack basis has a
+//! sound dual: the dual simplex method (C. E. Lemke 1954), rows and columns by the smallest index as R. G.
+//! Bland (1977) takes them, so that it ends.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -76,7 +78,8 @@ fn excess(row: &[[f64; 2]], times: &[f64], velocity: f64) -> Option<f64> {
 
 #[test]
 fn the_simplex_method_solves_what_is_known() {
-    // From below 1 to above 4 in two steps of a second at one a second: one second is missing. Turned round it is the same.
+    // From below 1 to above 4 in two steps of a second at one a second: one second is missing. Turned round
+    // it is the same.
     for gates in [[[0.0, 1.0], [-9.0, 9.0], [4.0, 5.0]], [[4.0, 5.0], [-9.0, 9.0], [0.0, 1.0]]] {
         let found = excess(&gates, &[1.0, 1.0], 1.0).expect("all rows can be kept");
         assert!((found - 1.0).abs() < 1e-12, "{found}");

@@ -1,5 +1,6 @@
-//! What no ray of the stock goes through: edges along axes and oblique to them, thin tools, pins of meshes, at cells of 0.3 to 10 mm. Faults by construction never
-//! pass; their clean twins, which keep 0.02 mm clear or go where was cut before, never fail.
+//! What no ray of the stock goes through: edges along axes and oblique to them, thin tools, pins of meshes,
+//! at cells of 0.3 to 10 mm. Faults by construction never pass; their clean twins, which keep 0.02 mm clear
+//! or go where was cut before, never fail.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -170,7 +171,8 @@ fn pins(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &
 fn shank_and_holder(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &mut Vec<Case>) {
     let dip = if fault { 0.2 * cell.min(2.0) + 0.02 } else { -0.02 };
     let reach = next(0.1, 0.4) * cell.min(2.0) + 0.03;
-    // Flutes and neck of D4 go beside the block; 12 mm above the tip the shank of D10 begins and reaches over its edge by `reach`.
+    // Flutes and neck of D4 go beside the block; 12 mm above the tip the shank of D10 begins and reaches over
+    // its edge by `reach`.
     let tool = "center_cutting = true\nflute_length_mm = 6.0\nshank_diameter_mm = 10.0\nneck_length_mm = 6.0\nneck_diameter_mm = 4.0";
     let y = 30.0 + 5.0 - reach;
     cases.push(Case {

@@ -1,4 +1,5 @@
-//! Whole runs with gouges and uncut hollows that no ray of the stock meets, clean twins of them, and what the gates say of the limit.
+//! Whole runs with gouges and uncut hollows that no ray of the stock meets, clean twins of them, and what the
+//! gates say of the limit.
 #![allow(clippy::unwrap_used, reason = "a failed test says why")]
 
 use std::{
@@ -93,8 +94,9 @@ fn an_edge_that_is_cut_off_between_the_rays_fails_and_one_that_is_touched_passes
         let depth = across.min(down);
         assert_eq!(gate(&v, "gouge").0, State::Fail, "{degrees} {across}: {}", gate(&v, "gouge").1);
         let found = worst(&v, GOUGE.code).unwrap();
-        // If rays meet the gouge, its depth is the deepest on any ray. On a turned edge the deepest place lies between rays,
-        // at most half a cell along the edge from the next one that crosses the cut, which falls off at 45 degrees at its ends.
+        // If rays meet the gouge, its depth is the deepest on any ray. On a turned edge the deepest place
+        // lies between rays, at most half a cell along the edge from the next one that crosses the cut, which
+        // falls off at 45 degrees at its ends.
         let least = if degrees == 0.0 { 0.97 * depth } else { depth - 0.25 * cell };
         assert!(found / depth < 1.03 && found > least, "{degrees}: {found} {depth}");
         let (_, moves) = along_edge(degrees, 0.0, 2.0, way);

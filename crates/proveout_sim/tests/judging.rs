@@ -294,7 +294,8 @@ fn what_stands_between_all_rays_and_is_cut_away_is_found_and_says_what_to_do() {
     let v = between.run(&job(patch), 2).unwrap();
     let found = of(&v, GOUGE.code);
     assert_eq!((gate(&v, "gouge").0, found.len()), (State::Fail, 1), "{found:?}");
-    // A ray through the middle reads the thickness, one beside it the distance of its deepest point from the nearest face.
+    // A ray through the middle reads the thickness, one beside it the distance of its deepest point from the
+    // nearest face.
     let depth = found[0].value.unwrap();
     assert!((0.04..0.2001).contains(&depth), "{found:?}");
 }

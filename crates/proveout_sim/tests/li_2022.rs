@@ -1,4 +1,5 @@
-//! The programs of the experiment of Li et al. 2022: what is committed, what re-scheduling keeps, what it gains on the joints.
+//! The programs of the experiment of Li et al. 2022: what is committed, what re-scheduling keeps, what it
+//! gains on the joints.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panic")]
 
@@ -111,8 +112,9 @@ fn rescheduled_programs_keep_contact_points_and_structure_in_both_languages() {
             let commands = e.commands(file, &text);
             let after = e.run(&commands);
             assert_eq!(before.blocks.len(), after.blocks.len(), "{name} {file}");
-            // The ball touches where its center less the radius along the surface's normal is, and the normal belongs to the
-            // place: contact points stay where centers stay. Ends have four decimals, vectors eight.
+            // The ball touches where its center less the radius along the surface's normal is, and the normal
+            // belongs to the place: contact points stay where centers stay. Ends have four decimals, vectors
+            // eight.
             let mut worst: f64 = 0.0;
             let mut turned: f64 = 0.0;
             for (a, b) in before.blocks.iter().zip(&after.blocks) {
@@ -164,14 +166,16 @@ fn the_joints_gain_what_the_specification_expects() {
             assert!(gain > 0.0 && (low[k]..high[k]).contains(&gain), "{joint}, {k}: {gain}");
         }
     }
-    // On a section that hardly changes along X the tool axis moves X by the twist alone: the ball centers decide it, and they stay.
+    // On a section that hardly changes along X the tool axis moves X by the twist alone: the ball centers
+    // decide it, and they stay.
     for k in 0..2 {
         assert!(reduction("X", k).abs() < 0.05, "X, {k}: {}", reduction("X", k));
     }
     // Rate against the original with the limits of the scene: 15 to 35 percent.
     let rate = 100.0 * (programs[0].time_s / programs[2].time_s - 1.0);
     assert!((15.0..35.0).contains(&rate), "{rate}");
-    // The limits that the scene gives the A axis are this demand, to three digits; the jerk reaches the acceleration in 50 ms.
+    // The limits that the scene gives the A axis are this demand, to three digits; the jerk reaches the
+    // acceleration in 50 ms.
     let scene = Scene::read(&folder).unwrap();
     let limit = &scene.file.control.joint_limits["A"];
     let [velocity, acceleration] = demand(2, "A");

@@ -1,4 +1,5 @@
-//! Parts that a program cuts off, as a person meets them: a slug over a hole, a half on its support, under a clamp, on a tilted table.
+//! Parts that a program cuts off, as a person meets them: a slug over a hole, a half on its support, under a
+//! clamp, on a tilted table.
 
 use std::{
     fs,

@@ -17,7 +17,8 @@ use proveout_sim::{
 };
 use tempfile::TempDir;
 
-/// A slot along Y of 6 mm, 3 mm deep, and a V of 0.2 mm at x = 4, between the coarse rays: 0.4 mm wide, 0.14 mm deep across its walls.
+/// A slot along Y of 6 mm, 3 mm deep, and a V of 0.2 mm at x = 4, between the coarse rays: 0.4 mm wide, 0.14
+/// mm deep across its walls.
 const PROGRAM: &str = "G17 G54 G90 G94 G710 G60\nT=\"SCHAFT_D6_N_AP15\"\nM6\nS3000 M3\nG0 X-8 Y-30\nG0 Z5 D1\nG1 Z-3 F400\n\
                        G1 Y30\nG0 Z50\nM5\nT=\"ENTFRAESER_D8_N_90GRAD\"\nM6\nS8000 M3\nG0 X4 Y-5\nG0 Z5 D1\nG1 Z-0.2 F200\nG1 Y5\nG0 Z50\n\
                        M5\nM30\n";
@@ -151,7 +152,8 @@ fn outside_of_a_patch_nothing_changes_and_inside_it_is_a_run_with_fine_cells() {
     assert!(own.start == of(&plain, false).len() && own.end == patched.surface.points.len());
     let (mine, other) = (of(&patched, true), of(&fine, true));
     assert!(mine.len() > 50_000 && mine.len() == other.len(), "{} {}", mine.len(), other.len());
-    // Straight motion of a flat and of a pointed tool: off by the bound of both runs, seen along rays at 45 degrees or steeper.
+    // Straight motion of a flat and of a pointed tool: off by the bound of both runs, seen along rays at 45
+    // degrees or steeper.
     let bound = 2.0 * fine.verdict.removal.sweep_bound_mm * std::f64::consts::SQRT_2;
     for (a, b) in mine.iter().zip(&other) {
         let off = (0..3).map(|k| (a.position[k] - b.position[k]).abs()).fold(0.0, f64::max);

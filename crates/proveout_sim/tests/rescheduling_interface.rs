@@ -1,5 +1,6 @@
-//! What a re-scheduling method gets beside the poses: contacts with normals and curvatures, free poses, times, the machine.
-//! The method here leans the tool from the surface normal towards the feed as far as it stays free, and asks for all of it.
+//! What a re-scheduling method gets beside the poses: contacts with normals and curvatures, free poses,
+//! times, the machine. The method here leans the tool from the surface normal towards the feed as far as it
+//! stays free, and asks for all of it.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

@@ -170,8 +170,8 @@ fn a_face_mill_leaves_the_published_surface_from_its_files_alone() {
     assert!(used.blocks[0].percent > 99.9);
 }
 
-/// The published path begins in the work: with a spindle that starts there the files give the published Sa, and say what the standing
-/// tool did on its way.
+/// The published path begins in the work: with a spindle that starts there the files give the published Sa,
+/// and say what the standing tool did on its way.
 #[test]
 fn a_path_that_begins_in_the_work_has_the_published_sa() {
     let turns = CUTTING_SPEED / (PI * 10.0);
@@ -238,7 +238,8 @@ fn surface_gate(v: &Verdict) -> (State, String) {
 fn rows_of_a_ball_have_the_roughness_of_their_arcs() {
     let program = rows();
     let tools = format!("{BALL}[tool.residual]\nra_um = [0, 0.05]\nrz_um = [0, 0.2]\nsource = \"own trials\"\n");
-    // An envelope has no marks of the teeth along the path: 0.407 um of Ra and 1.584 um of Rz at most, beside the residual of the tool.
+    // An envelope has no marks of the teeth along the path: 0.407 um of Ra and 1.584 um of Rz at most, beside
+    // the residual of the tool.
     for (limit, state) in [
         ("ra_um = 0.9\nrz_um = 3.5", State::Pass),
         ("ra_um = 0.85", State::Unchecked),
@@ -253,7 +254,8 @@ fn rows_of_a_ball_have_the_roughness_of_their_arcs() {
         assert_eq!(verdict.findings.iter().any(|f| f.code == "surface-roughness"), state == State::Fail);
         assert!(reason.contains("top at X5.000 Y2.500 Z0.000"), "{reason}");
         let used = &verdict.surface.textures[0];
-        // Arcs of 3 mm at 0.2 mm: p^2 / 8 R up to fourth order; nothing is taken away at a pitch of a quarter of lambda_c but 0.5 percent.
+        // Arcs of 3 mm at 0.2 mm: p^2 / 8 R up to fourth order; nothing is taken away at a pitch of a quarter
+        // of lambda_c but 0.5 percent.
         let (ra, rq) = proveout_surface::texture::cusp::arc_ra_rq(3.0, 0.2).unwrap();
         let across = &used.profiles[0];
         assert_eq!(across.direction, "across the lay");
@@ -410,7 +412,8 @@ fn places_off_the_surface_are_refused_by_name() {
     assert!(text.contains("belong to a blade"), "{text}");
 }
 
-/// Five axes: the tip runs straight while table and head turn evenly, so that the housing of the spindle turns in the workpiece.
+/// Five axes: the tip runs straight while table and head turn evenly, so that the housing of the spindle
+/// turns in the workpiece.
 mod five_axes {
     use super::*;
     use proveout_geom::{Point, Pose, Vector, rad};
@@ -429,8 +432,8 @@ mod five_axes {
         Pose::from_axis_angle(&Vector::z(), angle(C)) * Pose::from_axis_angle(&Vector::y(), angle(B))
     }
 
-    /// The least height over a node by scanning time: at each time the plane of an edge meets the vertical line in one height, and the arc
-    /// in it is passed where the distance from its center changes sign.
+    /// The least height over a node by scanning time: at each time the plane of an edge meets the vertical
+    /// line in one height, and the arc in it is passed where the distance from its center changes sign.
     fn height(x: f64, y: f64, parts: f64) -> f64 {
         let (from, to) = (Point::from(FROM), Point::from(TO));
         let way = to - from;
@@ -517,7 +520,8 @@ mod five_axes {
             }
             worst = worst.max((h - wanted).abs());
         }
-        // Pieces stay within 0.5 um of the motion anywhere between tip and gauge line, 150 mm away: near the tip within a fraction of it.
+        // Pieces stay within 0.5 um of the motion anywhere between tip and gauge line, 150 mm away: near the
+        // tip within a fraction of it.
         assert!(worst < 1e-5, "{worst} mm; Sz {:?}", used.sz_um);
         assert!(used.sz_um.unwrap() > 3.0, "{:?}", used.sz_um);
     }

@@ -1,4 +1,5 @@
-//! Prints what history, engagement, files and re-gridding of a stock cost, and how removal grows with the material that is met.
+//! Prints what history, engagement, files and re-gridding of a stock cost, and how removal grows with the
+//! material that is met.
 //!
 //! `cargo bench -p proveout_stock --bench stock`; `-- --rows 20` takes other rows of 192 moves of 0.5 mm, 0.3 mm apart.
 #![allow(clippy::print_stdout, reason = "a benchmark prints its figures")]
@@ -190,7 +191,8 @@ fn scaling(rows: usize) {
     }
 }
 
-/// What a patch of 10 x 10 mm with cells of half the size costs beside the stock: over the path, and where no motion comes.
+/// What a patch of 10 x 10 mm with cells of half the size costs beside the stock: over the path, and where no
+/// motion comes.
 fn patches(rows: usize) {
     let (body, raw) = (ball(4.0, 40.0), RawBody::block(&block(1.0).bounds()));
     let moves = waves(rows, 1.5, 0.36);

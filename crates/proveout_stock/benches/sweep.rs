@@ -1,8 +1,10 @@
-//! Prints moves a second, time a ray touched and memory on a 100 x 100 x 20 mm block, and what the machine could do at most.
+//! Prints moves a second, time a ray touched and memory on a 100 x 100 x 20 mm block, and what the machine
+//! could do at most.
 //!
-//! `cargo bench -p proveout_stock` runs all rows; `-- --quick` takes a tenth of the moves, `-- --cell 0.2` another cell size,
-//! `-- --only tilting` the rows with that word. A core is one thread: rows marked so use the processor time of all threads, the
-//! row with two threads their wall time, which other programs on the machine lengthen.
+//! `cargo bench -p proveout_stock` runs all rows; `-- --quick` takes a tenth of the moves, `-- --cell 0.2`
+//! another cell size, `-- --only tilting` the rows with that word. A core is one thread: rows marked so use
+//! the processor time of all threads, the row with two threads their wall time, which other programs on the
+//! machine lengthen.
 #![allow(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
 use std::time::Instant;
@@ -80,7 +82,8 @@ fn flank(rows: usize) -> Vec<SweepMotion> {
     moves
 }
 
-/// Processor time of all threads so far, where the system tells it (Linux: nanoseconds in the first field of schedstat).
+/// Processor time of all threads so far, where the system tells it (Linux: nanoseconds in the first field of
+/// schedstat).
 fn cpu_seconds() -> Option<f64> {
     let tasks = std::fs::read_dir("/proc/self/task").ok()?;
     let nanoseconds = tasks.filter_map(|t| {
@@ -164,8 +167,8 @@ fn two_threads(cell: f64, name: &str, body: &Profile, moves: &[SweepMotion]) {
     );
 }
 
-/// What one thread can calculate: multiplications and additions on independent numbers that stay in registers, in the same
-/// vectors of four that the kernels are compiled for.
+/// What one thread can calculate: multiplications and additions on independent numbers that stay in
+/// registers, in the same vectors of four that the kernels are compiled for.
 fn arithmetic() -> f64 {
     struct TileWork;
     impl pulp::WithSimd for TileWork {

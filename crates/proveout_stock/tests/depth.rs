@@ -1,5 +1,5 @@
-//! Depth of motions in the material against closed forms: distance of the deepest point from the free surface, whatever the rays
-//! see along other directions, and however the motion is cut into pieces.
+//! Depth of motions in the material against closed forms: distance of the deepest point from the free
+//! surface, whatever the rays see along other directions, and however the motion is cut into pieces.
 #![allow(clippy::unwrap_used, reason = "a failed test says why")]
 
 use crate::common;
@@ -62,7 +62,8 @@ fn a_side_step_is_as_deep_as_it_goes() {
         for pieces in [1, 9, 50] {
             let mut stock = block(0.2);
             let body = flat(5.0, 40.0);
-            // Beside the block, 8 mm below its top, then into its face x = 0: the deepest point is the apex on a ray along x.
+            // Beside the block, 8 mm below its top, then into its face x = 0: the deepest point is the apex
+            // on a ray along x.
             let way = [at(-6.0, 10.1, -8.0), at(-5.0 + side, 10.1, -8.0)];
             let found = rapid(&mut stock, &mut Depths::new(CONTACT), &body, 0, way, pieces);
             assert!((found - side).abs() < 2e-6, "{side} in {pieces}: {found}");
@@ -70,8 +71,8 @@ fn a_side_step_is_as_deep_as_it_goes() {
     }
 }
 
-/// A slot in feed to x = 50, 5 mm deep; then at rapid rate on, along the slot. What stops the cutter is the floor of the groove as
-/// long as it has not gone further than it is deep.
+/// A slot in feed to x = 50, 5 mm deep; then at rapid rate on, along the slot. What stops the cutter is the
+/// floor of the groove as long as it has not gone further than it is deep.
 #[test]
 fn dragging_on_after_a_slot_is_as_deep_as_the_nearest_face() {
     let body = flat(1.0, 20.0);
@@ -89,8 +90,8 @@ fn dragging_on_after_a_slot_is_as_deep_as_the_nearest_face() {
     }
 }
 
-/// The end of a slot that was not quite reached, taken by the retract along it: a shaving of 3 micrometers over 5 mm of height. It
-/// stands on a ray along z.
+/// The end of a slot that was not quite reached, taken by the retract along it: a shaving of 3 micrometers
+/// over 5 mm of height. It stands on a ray along z.
 #[test]
 fn a_shaving_is_as_deep_as_it_is_wide() {
     let body = flat(1.5, 20.0);
@@ -206,7 +207,8 @@ fn a_start_inside_of_material_is_as_deep_as_its_longest_overlap() {
     assert!(reports[0].overlap_mm > 4.0);
 }
 
-/// Batches and runs: the depth of a run goes on over calls, a new run begins anew; measuring changes nothing that is cut.
+/// Batches and runs: the depth of a run goes on over calls, a new run begins anew; measuring changes nothing
+/// that is cut.
 #[test]
 fn runs_go_on_over_batches_and_measuring_cuts_nothing_else() {
     let mut random = Random(77);
@@ -237,7 +239,8 @@ fn runs_go_on_over_batches_and_measuring_cuts_nothing_else() {
 /// A ray touches the cone of a drill at its deepest place: what the way down may leave of it is no depth on the way up.
 #[test]
 fn a_chord_that_the_sweep_may_leave_is_no_depth() {
-    // Half angle 67.5 degrees; the ray x = any, y = 9.125, z = -14.625 lies 0.905 mm beside the axis, where the cone has 0.90533.
+    // Half angle 67.5 degrees; the ray x = any, y = 9.125, z = -14.625 lies 0.905 mm beside the axis, where
+    // the cone has 0.90533.
     let drill = drill(1.5, 67.5_f64.to_radians(), 30.0);
     let mut stock = block(0.25);
     stock.sweep(&[remove(0, &drill, at(10.03, 10.03, 3.0), at(10.03, 10.03, -15.0))]);

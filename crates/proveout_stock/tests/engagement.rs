@@ -57,7 +57,8 @@ fn a_slot_with_a_flat_cutter_is_full_engagement() {
 #[test]
 fn a_shoulder_of_half_the_cutter_is_up_or_climb_milling() {
     let tool = flat(4.0, 30.0);
-    // The right half is free: the material lies to the left of a feed along x, where a clockwise tooth enters without a chip.
+    // The right half is free: the material lies to the left of a feed along x, where a clockwise tooth enters
+    // without a chip.
     let free = |stock: &mut TriDexel, y: f64| {
         let side = flat(6.0, 30.0);
         stock.sweep(&[remove(9, &side, pose([-9.0, y, 7.0], UP), pose([39.0, y, 7.0], UP))]);

@@ -86,8 +86,8 @@ fn a_bull_nose_on_a_circle_cuts_a_torus_groove() {
 
 #[test]
 fn the_tube_of_a_bull_nose_on_a_circle_leaves_a_flat_groove_with_round_walls() {
-    // The corner circle of radius 2.5 about a path of radius 5 sweeps the ring from 2.5 to 7.5 at z = 6.5: the groove is all
-    // within 1 mm of it. 720 chords, as above.
+    // The corner circle of radius 2.5 about a path of radius 5 sweeps the ring from 2.5 to 7.5 at z = 6.5:
+    // the groove is all within 1 mm of it. 720 chords, as above.
     let mut stock = block(0.25);
     let tool = bull(3.5, 1.0, 30.0);
     let at = |k: usize| {
@@ -112,9 +112,10 @@ fn the_tube_of_a_bull_nose_on_a_circle_leaves_a_flat_groove_with_round_walls() {
 
 #[test]
 fn a_tilted_cylinder_on_a_helix_cuts_to_its_radius_from_the_axis() {
-    // The axis leans 17 degrees along the path and goes round on a helix. By the symmetry of the helix the distance of a cut
-    // point from the axis, minimized over the angle, is the radius. Steps of half a degree leave the helix by 6 (1 - cos 0.25
-    // deg) = 0.06 micrometers, the axis leaves its cone by less than 0.03 in the 10 mm that cut.
+    // The axis leans 17 degrees along the path and goes round on a helix. By the symmetry of the helix the
+    // distance of a cut point from the axis, minimized over the angle, is the radius. Steps of half a degree
+    // leave the helix by 6 (1 - cos 0.25 deg) = 0.06 micrometers, the axis leaves its cone by less than 0.03
+    // in the 10 mm that cut.
     let mut stock = block(0.4);
     let tool = flat(2.0, 60.0);
     let line_at = |angle: f64| {
@@ -185,7 +186,8 @@ fn the_order_of_moves_that_do_not_meet_changes_nothing() {
     assert_eq!(a_points.len(), b_points.len());
     for (a, b) in a_points.iter().zip(&b_points) {
         assert_eq!((a.made_by, a.axis), (b.made_by, b.axis));
-        // The search begins at the material, which another move has changed: the same end within the bound, along the ray.
+        // The search begins at the material, which another move has changed: the same end within the bound,
+        // along the ray.
         assert!((a.point - b.point).norm() < 0.01, "{a:?} {b:?}");
         let normal = a.normal.unwrap()[usize::from(a.axis)].abs();
         assert!((a.point - b.point).norm() * normal < BOUND, "{a:?} {b:?}");
@@ -248,8 +250,8 @@ fn a_tilted_cylinder_along_its_side_leaves_a_plane() {
 
 #[test]
 fn a_ruled_flank_cut_follows_the_offset_of_the_ruled_surface() {
-    // The axis sweeps the ruled surface c(z, t); the flank leaves its offset by the radius. The distance of every cut point
-    // from the axis, minimized over the motion, is the radius.
+    // The axis sweeps the ruled surface c(z, t); the flank leaves its offset by the radius. The distance of
+    // every cut point from the axis, minimized over the motion, is the radius.
     let mut stock = block(0.5);
     let tool = flat(3.0, 40.0);
     let from = pose([-2.0, 16.5, -4.0], [0.0, 0.08, 1.0]);

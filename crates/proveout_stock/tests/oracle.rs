@@ -1,5 +1,5 @@
-//! The sweep against dense stamping: every end that it makes lies on the swept surface, and what it removes and leaves is in
-//! and out of the swept body, to one micrometer in the direction of the normal.
+//! The sweep against dense stamping: every end that it makes lies on the swept surface, and what it removes
+//! and leaves is in and out of the swept body, to one micrometer in the direction of the normal.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
 use crate::common::{GIB, KINDS, Random, oracle, pose, random_cutter, remove};

@@ -71,8 +71,8 @@ fn a_plug_is_loose_when_its_last_tab_is_cut() {
 
 #[test]
 fn what_is_kept_between_looks_counts_the_parts_after_each_cut() {
-    // Cut by cut: full slots, one that only rays across see, a shelf, and parts that are taken out and put back. 43 by 37 columns: the last
-    // tiles are not full.
+    // Cut by cut: full slots, one that only rays across see, a shelf, and parts that are taken out and put
+    // back. 43 by 37 columns: the last tiles are not full.
     let mut stock = TriDexel::from_box(&cuboid([0.0; 3], [21.5, 18.5, 6.0]), 0.5, GIB).unwrap();
     let (thick, thin) = (flat(0.8, 30.0), flat(0.1, 30.0));
     let mut kept = Coherence::default();

@@ -1,5 +1,5 @@
-//! Rays of an irregular rest, one by one against a closed form: a patch of rays shares bounds, and no ray may be cleared
-//! by the bounds of its neighbors.
+//! Rays of an irregular rest, one by one against a closed form: a patch of rays shares bounds, and no ray may
+//! be cleared by the bounds of its neighbors.
 
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};

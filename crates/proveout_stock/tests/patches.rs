@@ -12,7 +12,8 @@ use proveout_stock::{
 use proveout_tool::Profile;
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
-/// Cells that are sums of powers of two: places of rays are then exact, and those of patch and whole stock the same bits.
+/// Cells that are sums of powers of two: places of rays are then exact, and those of patch and whole stock
+/// the same bits.
 const COARSE: f64 = 1.0;
 const FINE: f64 = 0.125;
 
@@ -67,7 +68,8 @@ fn area(s: &SurfaceMesh) -> f64 {
     (0..s.mesh.triangles.len()).map(|t| 0.5 * s.mesh.area_normal(t).norm()).sum()
 }
 
-/// Points that have no partner on the same ray within `bound` along the normal (in either direction), and those that are equal.
+/// Points that have no partner on the same ray within `bound` along the normal (in either direction), and
+/// those that are equal.
 fn unmatched(a: &[SurfacePoint], b: &[SurfacePoint], bound: f64) -> (usize, usize) {
     let key = |p: &SurfacePoint| {
         let k = usize::from(p.axis);
@@ -95,8 +97,8 @@ fn in_window(stock: &TriDexel, window: &Aabb) -> Vec<SurfacePoint> {
     stock.surface_points().filter(|p| window.contains(&p.point)).collect()
 }
 
-/// Positions of the vertices as bits, with the triangles at each counted: two meshes of the same shape are equal, whatever the
-/// order of their vertices.
+/// Positions of the vertices as bits, with the triangles at each counted: two meshes of the same shape are
+/// equal, whatever the order of their vertices.
 fn shape(surface: &SurfaceMesh) -> BTreeMap<[u64; 3], usize> {
     let mut out = BTreeMap::new();
     for v in surface.mesh.triangles.iter().flatten() {
@@ -127,8 +129,9 @@ fn a_patch_has_the_rays_of_a_whole_stock_of_its_cells() {
         let (mine, other) = (patch.surface_points().collect::<Vec<_>>(), in_window(&whole, patch.window()));
         let cut = mine.iter().filter(|p| p.made_by.is_some()).count();
         assert!(cut > 200, "only {cut} points were cut");
-        // Where a ray leaves the box of the patch the searches begin elsewhere and end within their bound; the rays are the same, and
-        // with them, to the bit, the ends that a closed form or the raw stock gives: a quarter and more of these random cuts.
+        // Where a ray leaves the box of the patch the searches begin elsewhere and end within their bound;
+        // the rays are the same, and with them, to the bit, the ends that a closed form or the raw stock
+        // gives: a quarter and more of these random cuts.
         let (unmet, same) = unmatched(&mine, &other, 2.0 * whole.sweep_bound_mm());
         assert!(unmet * 1000 <= mine.len() && same * 4 > mine.len(), "{unmet} missing, {same} equal of {}", mine.len());
         let (have, want) = (patch.surface(), whole.surface().inside(patch.window()));
@@ -172,7 +175,8 @@ fn the_slot_of_a_ball_in_a_patch_is_its_closed_form() {
         let (dx, dz) = (p.point.x - 14.3, p.point.z - 10.1);
         // Round below the center of the ball, plane walls above it.
         let off = if dz < 0.0 { dx.hypot(dz) - 4.0 } else { dx.abs() - 4.0 };
-        // Along the ray the bound is longer by one over the cosine to the normal; grazing rays only count from 6 degrees.
+        // Along the ray the bound is longer by one over the cosine to the normal; grazing rays only count
+        // from 6 degrees.
         let n = p.normal.unwrap();
         let slope = n[usize::from(p.axis)].abs();
         if slope > 0.1 {

@@ -86,7 +86,8 @@ fn components(mesh: &TriMesh) -> usize {
     used.len()
 }
 
-/// A tilted tool goes in along its axis, turns a little, and is drawn out along its axis again: the mesh has no speckle.
+/// A tilted tool goes in along its axis, turns a little, and is drawn out along its axis again: the mesh has
+/// no speckle.
 #[test]
 fn a_tilted_tool_that_retracts_leaves_a_clean_surface() {
     for (tool, tilt) in

@@ -57,7 +57,8 @@ fn faces_along_several_axes_are_out_by_their_edges_only() {
         let cell = random.range(0.3, 1.5);
         let mut stock = TriDexel::from_box(&cuboid([0.0; 3], SIZE), cell, GIB).unwrap();
         let mut volume = Volume::of(&stock);
-        // A slot through the block along x, by a tool that leaves square corners: one wider than the slot is deep, from the side.
+        // A slot through the block along x, by a tool that leaves square corners: one wider than the slot is
+        // deep, from the side.
         let (width, depth) = (random.range(3.0, 30.0), random.range(1.0, 15.0));
         let tool = flat(200.0, width);
         let y = random.range(0.0, SIZE[1] - width);
@@ -68,7 +69,8 @@ fn faces_along_several_axes_are_out_by_their_edges_only() {
     }
 }
 
-/// Random cuts with random cutters: what each took adds up to what is missing, at any number of threads; nothing is left of nothing.
+/// Random cuts with random cutters: what each took adds up to what is missing, at any number of threads;
+/// nothing is left of nothing.
 #[test]
 fn cuts_add_up() {
     let mut random = Random(0x2545_f491_4f6c_dd1d);

@@ -1,8 +1,10 @@
-//! Prints the nanoseconds a point and core that heights by the envelope and by the teeth take, and what follows for 90 patches of 4 x 4 mm at
-//! 5 um (57.7 million points) on two cores; and the time of a million points against a design of 200 000 triangles.
+//! Prints the nanoseconds a point and core that heights by the envelope and by the teeth take, and what
+//! follows for 90 patches of 4 x 4 mm at 5 um (57.7 million points) on two cores; and the time of a million
+//! points against a design of 200 000 triangles.
 //!
-//! `cargo bench -p proveout_surface --bench topography`; `-- --quick` takes a sixteenth of the patch. One thread, and the processor time of it,
-//! which other programs on the machine lengthen less than the wall time.
+//! `cargo bench -p proveout_surface --bench topography`; `-- --quick` takes a sixteenth of the patch. One
+//! thread, and the processor time of it, which other programs on the machine lengthen less than the wall
+//! time.
 #![allow(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -25,7 +27,8 @@ fn processor_s() -> Option<f64> {
     text.split_whitespace().next()?.parse::<f64>().ok().map(|ns| ns * 1e-9)
 }
 
-/// Passes along x at 0.3 mm in pieces of 0.5 mm, 800 mm/min, 4800 1/min; the axis leans by `lead`, and turns by `swing` a millimeter.
+/// Passes along x at 0.3 mm in pieces of 0.5 mm, 800 mm/min, 4800 1/min; the axis leans by `lead`, and turns
+/// by `swing` a millimeter.
 fn passes(center_radius: f64, height: f64, lead: f64, swing: f64) -> Vec<CutterPiece> {
     let (feed, rate) = (800.0 / 60.0, -TAU * 80.0);
     let (mut out, mut time, mut azimuth) = (Vec::new(), 0.0, 0.0);

@@ -144,8 +144,9 @@ fn fault(numbers: &mut Numbers, kind: usize, depth: f64) -> (TriMesh, Vec<Profil
     }
 }
 
-/// Gouges of 0.1 to 3 cells along edges, on faces and beside walls, in any direction of space, among clean passes: all are found with
-/// their depth, and none where the pass only touches or stays within what is allowed.
+/// Gouges of 0.1 to 3 cells along edges, on faces and beside walls, in any direction of space, among clean
+/// passes: all are found with their depth, and none where the pass only touches or stays within what is
+/// allowed.
 #[test]
 fn gouges_between_rays_are_found_with_their_depth_and_clean_twins_have_none() {
     let mut numbers = Numbers(0x2545_f491_4f6c_dd1d);

@@ -1,6 +1,7 @@
 //! The analytic profile of a bull-nose tool: reference widths, closed forms, and the published trends.
 //!
-//! The reference widths were computed by a program of its own (dense sampling of the torus); the trends are those of Dong et al. 2023.
+//! The reference widths were computed by a program of its own (dense sampling of the torus); the trends are
+//! those of Dong et al. 2023.
 
 use std::f64::consts::PI;
 

@@ -1,5 +1,5 @@
-//! Missing material on the rays, areas, and what the rays cannot tell. Parts are made as meshes, so that what is missing is known
-//! in closed form and nothing is cut.
+//! Missing material on the rays, areas, and what the rays cannot tell. Parts are made as meshes, so that what
+//! is missing is known in closed form and nothing is cut.
 
 use std::f64::consts::PI;
 

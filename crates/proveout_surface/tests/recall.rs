@@ -1,14 +1,18 @@
-//! Gouges and excesses put into perfect five-axis parts: which are found, which are invented, and how well their depth is known.
+//! Gouges and excesses put into perfect five-axis parts: which are found, which are invented, and how well
+//! their depth is known.
 //!
-//! Parts: plane, convex and concave cylinder, sphere, each in a random pose in its stock, finished by a leaning ball whose axis turns along
-//! every pass. Faults sit on nine sites of a part, one in three left alone: short dips of a ball with an axis of its own (gouges), and stretches
-//! of passes that are lifted by a smooth bump (excesses). They are 0.1 to 3 cells deep and at least two cells wide at the face. What is true
-//! is found without the library's search: the depth of a ball is its radius less the distance of its center from the design, largest
-//! over a dense walk along its path; the height of an excess is the largest over a dense lattice of the lowest entry of the normal
-//! into the balls of all passes near, in closed form for a straight piece.
+//! Parts: plane, convex and concave cylinder, sphere, each in a random pose in its stock, finished by a
+//! leaning ball whose axis turns along every pass. Faults sit on nine sites of a part, one in three left
+//! alone: short dips of a ball with an axis of its own (gouges), and stretches of passes that are lifted by a
+//! smooth bump (excesses). They are 0.1 to 3 cells deep and at least two cells wide at the face. What is true
+//! is found without the library's search: the depth of a ball is its radius less the distance of its center
+//! from the design, largest over a dense walk along its path; the height of an excess is the largest over a
+//! dense lattice of the lowest entry of the normal into the balls of all passes near, in closed form for a
+//! straight piece.
 //!
-//! Corners visited: dips at the lowest depth and the largest, narrowest grooves, bumps of the least width, faults next to the border of the
-//! judged region, parts with the design along the rays (poses of zero turn), sites without fault.
+//! Corners visited: dips at the lowest depth and the largest, narrowest grooves, bumps of the least width,
+//! faults next to the border of the judged region, parts with the design along the rays (poses of zero turn),
+//! sites without fault.
 //!
 //! 4 parts by default, with some 25 faults; `PROVEOUT_RECALL=175` for the table of at least 1,000.
 #![allow(clippy::print_stdout, reason = "the table is what is asked for")]
@@ -249,8 +253,9 @@ fn entry(point: &Point, normal: &Vector, center: &Point, radius: f64) -> f64 {
     if aside >= radius * radius { f64::INFINITY } else { along - (radius * radius - aside).sqrt() }
 }
 
-/// The lowest entry into the balls of a stroke, in closed form: with the center at along a(t) and aside w(t) of the line, both linear,
-/// a - sqrt(R^2 - w^2) is lowest where w lies tau = -(a'/|w'|) sqrt(D / (1 + (a'/|w'|)^2)) along w', D = R^2 less the part of w across it squared.
+/// The lowest entry into the balls of a stroke, in closed form: with the center at along a(t) and aside w(t)
+/// of the line, both linear, a - sqrt(R^2 - w^2) is lowest where w lies tau = -(a'/|w'|) sqrt(D / (1 +
+/// (a'/|w'|)^2)) along w', D = R^2 less the part of w across it squared.
 fn lowest_entry(point: &Point, normal: &Vector, stroke: &Stroke) -> f64 {
     let split = |v: Vector| {
         let along = v.dot(normal);
@@ -506,8 +511,8 @@ impl DesignSurface for Slab {
     }
 }
 
-/// A flat end mill takes 0.2 mm off the top of a block and runs far beyond it: along the normals of its sides everything is gone, and yet no place of
-/// it lies deeper than 0.2 mm.
+/// A flat end mill takes 0.2 mm off the top of a block and runs far beyond it: along the normals of its sides
+/// everything is gone, and yet no place of it lies deeper than 0.2 mm.
 #[test]
 fn a_layer_that_is_gone_beside_an_edge_is_as_deep_as_it_is_thick() {
     let deep = 0.2;

@@ -1,4 +1,5 @@
-//! Strip widths and ridges from the geometry of contacts, against the values of an independent implementation and closed forms.
+//! Strip widths and ridges from the geometry of contacts, against the values of an independent implementation
+//! and closed forms.
 
 use proveout_surface::scallop::{CutterContact, ball_scallop, ball_step, scallop_between};
 use proveout_tool::{Cutter, Profile};
@@ -7,10 +8,11 @@ fn body(cutter: Cutter) -> Profile {
     cutter.bodies(20.0).expect("a cutter").remove(0)
 }
 
-/// Bull-nose cutter of radius 5 mm with a corner of 3 mm at a height of 0.1 mm: recomputed from Dong et al. 2023 with an exact torus by
-/// other hands, ten figures.
+/// Bull-nose cutter of radius 5 mm with a corner of 3 mm at a height of 0.1 mm: recomputed from Dong et al.
+/// 2023 with an exact torus by other hands, ten figures.
 const STRIP_WIDTH: &str = include_str!("reference/multi-scale_golden_strip_width.csv");
-/// Steps of a ball of 3 mm for a ridge of 0.02 mm: Ma et al. 2020, exact forms solved for L by other hands, ten figures.
+/// Steps of a ball of 3 mm for a ridge of 0.02 mm: Ma et al. 2020, exact forms solved for L by other hands,
+/// ten figures.
 const BALL_STEPS: &str = include_str!("reference/min-angular-acceleration_golden_scallop.csv");
 
 /// The rows of a table of numbers under its names.
@@ -89,8 +91,8 @@ fn two_contacts_of_a_ball_leave_the_ridge_of_the_closed_form_however_it_leans() 
     }
 }
 
-/// A flat cutter of radius R that leans by a along the feed leaves an ellipse with half axes R and R sin a; a bull-nose leaves
-/// its parallel curve. On a plane the ridge lies half way.
+/// A flat cutter of radius R that leans by a along the feed leaves an ellipse with half axes R and R sin a; a
+/// bull-nose leaves its parallel curve. On a plane the ridge lies half way.
 #[test]
 fn leaning_flat_and_bull_nose_cutters_leave_ellipses_and_their_parallel_curves() {
     let flat = body(Cutter::flat(10.0).expect("a flat end"));
@@ -127,8 +129,8 @@ fn leaning_flat_and_bull_nose_cutters_leave_ellipses_and_their_parallel_curves()
     assert!((upright.swept_width(0.1).expect("a shadow")[0] - 5.0).abs() < 1e-12);
 }
 
-/// Dong's trends: the swept and the section's width fall with the inclination, and the section is widest where the lean follows the
-/// feed.
+/// Dong's trends: the swept and the section's width fall with the inclination, and the section is widest
+/// where the lean follows the feed.
 #[test]
 fn trends_over_inclination_and_tilt() {
     let profile = body(Cutter::bull_nose(10.0, 3.0).expect("a bull-nose"));

@@ -1,7 +1,8 @@
 //! Ridges that are found on a cut stock against closed forms: ball and bull-nose on plane, convex and concave cylinder.
 //!
-//! The design lies askew in the stock, so that no ray runs along anything; passes run along the cylinder, to and fro, with the axis leaning
-//! along the feed. Cells are 0.15 mm, a fifth of the step and some hundred times the bound that is asked for.
+//! The design lies askew in the stock, so that no ray runs along anything; passes run along the cylinder, to
+//! and fro, with the axis leaning along the feed. Cells are 0.15 mm, a fifth of the step and some hundred
+//! times the bound that is asked for.
 #![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
 
 use proveout_geom::{Aabb, Point, ToolPose, Vector};
@@ -116,8 +117,9 @@ impl Job {
         (ridges(&stock, &path, &cutters, &self.design, &settings), stock.sweep_bound_mm())
     }
 
-    /// The ridge of two equal passes on the half plane between them: the place of the profile across the feed (an ellipse of the corner's
-    /// center, grown by the corner) that lies on the line from the cylinder's axis half way between the contacts.
+    /// The ridge of two equal passes on the half plane between them: the place of the profile across the feed
+    /// (an ellipse of the corner's center, grown by the corner) that lies on the line from the cylinder's
+    /// axis half way between the contacts.
     fn closed_form(&self) -> f64 {
         let (a, b, r) = (self.radius - self.corner, (self.radius - self.corner) * self.lean.sin(), self.corner);
         let half = 0.5 * self.step * self.design.curvature;
@@ -200,8 +202,8 @@ fn ridges_on_the_cut_surface_have_the_height_of_the_closed_form() {
         assert!(worst < 1e-8, "{name}: {worst}");
         assert!(apart < 1e-5 && bent < 1e-5, "{name}: {apart} {bent}");
         assert_eq!(found.not_followed, 0, "{name}");
-        // A ridge every step over the cut of the box with the design, 36 mm2 over the slope of a plane; four figures of ridges that end
-        // at its border.
+        // A ridge every step over the cut of the box with the design, 36 mm2 over the slope of a plane; four
+        // figures of ridges that end at its border.
         let area = 36.0 / job.design.up.z;
         let length = all.length * job.step;
         assert!((length / area - 1.0).abs() < 0.06, "{name}: {length} mm2 of {area}");

@@ -1,5 +1,5 @@
-//! Every value of `reference/roughness_closed_forms.csv` (computed with forty digits): closed forms to 1e-9, what the filter and the sums of the library
-//! make of sampled profiles and maps to 1e-6.
+//! Every value of `reference/roughness_closed_forms.csv` (computed with forty digits): closed forms to 1e-9,
+//! what the filter and the sums of the library make of sampled profiles and maps to 1e-6.
 
 use std::f64::consts::TAU;
 
@@ -95,8 +95,8 @@ fn closed_forms_have_nine_digits() {
 fn sampled_profiles_have_six() {
     for row in rows() {
         let got = match (row.case, row.quantity) {
-            // A mean of squares over whole periods of nodes misses the integral of a kinked profile by the square of the step: a finer
-            // and a coarser step tell how much (Richardson).
+            // A mean of squares over whole periods of nodes misses the integral of a kinked profile by the
+            // square of the step: a finer and a coarser step tell how much (Richardson).
             ("parabola_gauss_highpass", _) => {
                 let at = |points: i32| {
                     let step = row.pitch / f64::from(points);

@@ -273,8 +273,8 @@ fn cases() -> u32 {
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(), ..ProptestConfig::default() })]
 
-    /// Corners: empty files, bytes behind each magic word, texts of the words of the formats in any order, one byte changed or a length
-    /// cut off of good files.
+    /// Corners: empty files, bytes behind each magic word, texts of the words of the formats in any order,
+    /// one byte changed or a length cut off of good files.
     #[test]
     fn no_bytes_make_it_panic(
         magic in prop::sample::select(vec!["", "PK\x03\x04", "aISO-1.0\n", "bISO-1.0", "bISO-2.0", "aNPL-V1.0\n", "ISO 5436 - 2000\n"]),
@@ -304,8 +304,8 @@ proptest! {
     }
 }
 
-/// What a person does with a run's map: write it, read it elsewhere. With the folder of an installed surfalize's `python` in
-/// `PROVEOUT_SURFALIZE`, the files are read there, too.
+/// What a person does with a run's map: write it, read it elsewhere. With the folder of an installed
+/// surfalize's `python` in `PROVEOUT_SURFALIZE`, the files are read there, too.
 #[test]
 fn another_program_reads_what_is_written() {
     let Some(python) = std::env::var_os("PROVEOUT_SURFALIZE") else {

@@ -1,4 +1,5 @@
-//! Parameters of areas and profiles against surfalize, an independent package; `reference/texture.py` made the values and says how.
+//! Parameters of areas and profiles against surfalize, an independent package; `reference/texture.py` made
+//! the values and says how.
 
 use std::f64::consts::{PI, TAU};
 
@@ -90,15 +91,16 @@ fn areas_have_the_values_of_the_package() {
         // Both interpolate the autocorrelation between lags of 4 um, each in its own way.
         close(1e3 * unfiltered.sal_mm.expect("decays"), &want["Sal"], 0.05, &format!("area {k}, Sal"));
         assert_eq!(unfiltered.str.is_none(), want["Str"].is_null(), "area {k}, Str");
-        // The marks run across the direction that the patch was made with. The package tells that direction, with rows upward where rows
-        // run with y here; where its steps differ, it warns that it may be wrong.
+        // The marks run across the direction that the patch was made with. The package tells that direction,
+        // with rows upward where rows run with y here; where its steps differ, it warns that it may be wrong.
         let lay = unfiltered.std_deg.expect("a lay");
         let off = |want: f64| ((lay - want + 90.0).rem_euclid(180.0) - 90.0).abs();
         assert!(off((0.4 + 0.5 * k as f64).to_degrees() + 90.0) < 1.5, "area {k}: lay {lay}");
         let bound = if map.step_x() == map.step_y() { 1.5 } else { 4.0 };
         assert!(off(90.0 - want["Std"].as_f64().expect("Std")) < bound, "area {k}: lay {lay}, Std {}", want["Std"]);
 
-        // High-pass, one cut-off inside of the ends; the package stops its weights at four sigma, which leaves 6e-5 of them out.
+        // High-pass, one cut-off inside of the ends; the package stops its weights at four sigma, which
+        // leaves 6e-5 of them out.
         let cutoff = 1e-3 * number(entry, "cutoff_um");
         let mean = gaussian_mean_of_map(&map, cutoff);
         let (ex, ey) = ((cutoff / map.step_x()).ceil() as usize, (cutoff / map.step_y()).ceil() as usize);
@@ -148,8 +150,9 @@ fn profiles_have_the_values_of_the_package() {
             (reported.rp_um - roughness.rp_um - 1e3 * mean).abs() < 1e-9
                 && (reported.rz_um - roughness.rz_um).abs() < 1e-9
         );
-        // The package takes sums of nodes in place of integrals of the polygon: with noise of 0.2 um from node to node, the mean squares of
-        // the two differ by a twelfth of that of the differences; parts of sections lie a node apart.
+        // The package takes sums of nodes in place of integrals of the polygon: with noise of 0.2 um from
+        // node to node, the mean squares of the two differ by a twelfth of that of the differences; parts of
+        // sections lie a node apart.
         for (got, values) in [(report.unfiltered, &entry["unfiltered"]), (roughness, &entry["roughness"])] {
             for (got, name, bound) in [
                 (got.ra_um, "Ra", 2e-3),

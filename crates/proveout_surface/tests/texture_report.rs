@@ -204,7 +204,8 @@ fn a_map_has_its_lay_its_filter_and_its_rules() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
 
-    /// Corners: two points, flats, single spikes, steps from the finest to far beyond the class, pitches that are no numbers, heights of a kilometer.
+    /// Corners: two points, flats, single spikes, steps from the finest to far beyond the class, pitches that
+    /// are no numbers, heights of a kilometer.
     #[test]
     fn any_profile_and_any_map_have_a_report(
         heights in prop::collection::vec(prop::sample::select(vec![0.0, 1e-9, -1e-3, 0.002, 0.5, 1e6, -1e6]), 4..400),

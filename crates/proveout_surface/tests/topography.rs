@@ -1,10 +1,12 @@
 //! Heights by inverse contact against a dense search that shares no code, closed forms, and laws.
 //!
-//! The oracle puts the plane of the edge first: at each of many times a revolution it pierces the normal with the plane, and looks for a
-//! change of side of the arc in that plane. The library solves for time and height together and walks from contact to contact. It must find
-//! nothing higher, and what it finds lower (the samples step over short contacts) must lie on the edge by its definition.
-//! Corners visited: tilted and turning housings, lengths from half a revolution to many, joints of pieces under the point, run-out of
-//! either sign, balls whose run-out puts the arc's center beyond the axis, points beside the path, and both senses of the spindle.
+//! The oracle puts the plane of the edge first: at each of many times a revolution it pierces the normal with
+//! the plane, and looks for a change of side of the arc in that plane. The library solves for time and height
+//! together and walks from contact to contact. It must find nothing higher, and what it finds lower (the
+//! samples step over short contacts) must lie on the edge by its definition. Corners visited: tilted and
+//! turning housings, lengths from half a revolution to many, joints of pieces under the point, run-out of
+//! either sign, balls whose run-out puts the arc's center beyond the axis, points beside the path, and both
+//! senses of the spindle.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -82,8 +84,9 @@ fn turned(v: &Vector, u: &Vector, angle: f64) -> Vector {
     v * angle.cos() + u.cross(v) * angle.sin() + u * (u.dot(v) * (1.0 - angle.cos()))
 }
 
-/// Distance of a contact from the edge at its time, by the definition of the edge read forward: radius c + r sin kappa, height
-/// z - r cos kappa, azimuth by the height above the lowest point; the corner angle from the height.
+/// Distance of a contact from the edge at its time, by the definition of the edge read forward: radius c + r
+/// sin kappa, height z - r cos kappa, azimuth by the height above the lowest point; the corner angle from the
+/// height.
 fn off_the_edge(
     point: &Point,
     normal: &Vector,

@@ -1,11 +1,12 @@
-//! Heights by inverse contact over random motions in five axes, against dense searches that share no code, and the law that the height of a
-//! point does not depend on which other points are asked for.
+//! Heights by inverse contact over random motions in five axes, against dense searches that share no code,
+//! and the law that the height of a point does not depend on which other points are asked for.
 //!
-//! Corners visited: balls, bull noses, round inserts with rake about the axis and about the nose, barrels with the arc's center far beyond the axis;
-//! contacts at the tip itself (an axis that stands on the surface) up to the flank; straight and helical edges of either hand; run-out of
-//! either sign, also such that the arc crosses the axis; one to four teeth; both senses of the spindle; feeds from a fiftieth of a millimeter a
-//! revolution to several; curved paths, a second pass backward, a tip that stands while the axis turns, pieces without length and without time,
-//! single pieces of many revolutions and many pieces a revolution.
+//! Corners visited: balls, bull noses, round inserts with rake about the axis and about the nose, barrels
+//! with the arc's center far beyond the axis; contacts at the tip itself (an axis that stands on the surface)
+//! up to the flank; straight and helical edges of either hand; run-out of either sign, also such that the arc
+//! crosses the axis; one to four teeth; both senses of the spindle; feeds from a fiftieth of a millimeter a
+//! revolution to several; curved paths, a second pass backward, a tip that stands while the axis turns,
+//! pieces without length and without time, single pieces of many revolutions and many pieces a revolution.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -202,12 +203,13 @@ fn off_the_edge(point: &Point, normal: &Vector, cut: &Cut, piece: &CutterPiece, 
     (on - q).norm()
 }
 
-/// What the dense search takes as on the arc, mm: the place on the normal runs so fast that rounding of the time leaves that much. Its heights
-/// are wrong by up to this over the cosine between normal and edge.
+/// What the dense search takes as on the arc, mm: the place on the normal runs so fast that rounding of the
+/// time leaves that much. Its heights are wrong by up to this over the cosine between normal and edge.
 const OFF: f64 = 1e-9;
 
-/// Lowest contact over many times a revolution: the normal pierces the plane of the edge, whose azimuth follows the height of the place, and the
-/// arc is met where the distance from it changes sign. Where that place runs through the range of heights, the times are closer.
+/// Lowest contact over many times a revolution: the normal pierces the plane of the edge, whose azimuth
+/// follows the height of the place, and the arc is met where the distance from it changes sign. Where that
+/// place runs through the range of heights, the times are closer.
 fn dense(point: &Point, normal: &Vector, edges: &[Edge], pieces: &[CutterPiece]) -> f64 {
     let mut best = f64::INFINITY;
     for piece in pieces {
@@ -217,8 +219,8 @@ fn dense(point: &Point, normal: &Vector, edges: &[Edge], pieces: &[CutterPiece])
             let at = |t: f64| -> (f64, f64, f64, f64) {
                 let pose = pose(piece, piece.time[0] + t);
                 let direction = |a: f64| pose.frame[0] * a.cos() + pose.frame[1] * a.sin();
-                // Plane of the edge through the place at a height: its distance from that place, the height at which the normal pierces
-                // it, and the place in it.
+                // Plane of the edge through the place at a height: its distance from that place, the height
+                // at which the normal pierces it, and the place in it.
                 let plane = |h: f64| {
                     let up = (point + normal * h - pose.tip).dot(&pose.frame[2]) - edge.center_height;
                     let psi = pose.azimuth + edge.azimuth + (up + edge.radius) * edge.lead;
@@ -391,7 +393,8 @@ fn the_height_of_a_point_does_not_hang_on_the_others() {
     assert!(by_edges > 600 && by_envelope > 500, "{by_edges} and {by_envelope} points were cut");
 }
 
-/// A wall that the side of a cutter leaves, with a level far beyond the cutter: at that height a point has the whole body behind it.
+/// A wall that the side of a cutter leaves, with a level far beyond the cutter: at that height a point has
+/// the whole body behind it.
 #[test]
 fn a_level_beyond_the_cutter_changes_nothing_and_ends() {
     let cutter = Cutter::bull_nose(8.0, 1.5).and_then(|c| c.bodies(12.0)).expect("a cutter").remove(0);

@@ -112,7 +112,8 @@ fn smallest_edge_radius(insert: Option<RoundInsert>, tool: &Tool) -> f64 {
     arcs.fold(tool.cutting().fold(0.0, |r, b| b.profile.max_radius().max(r)), f64::min)
 }
 
-/// Refuses a round insert whose outer lower quarter is not the corner of the cutter: stock and edges would be two tools.
+/// Refuses a round insert whose outer lower quarter is not the corner of the cutter: stock and edges would be
+/// two tools.
 fn on_outline(insert: &RoundInsert, tool: &Tool) -> Result<(), ShapeError> {
     let (c, r) = (0.5 * insert.nose_circle_diameter, insert.insert_radius);
     // Above the flutes the corner goes on as neck.

@@ -10,7 +10,8 @@ use crate::residual::ResidualEntry;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LibraryFile {
-    /// Unit of all lengths of this file. With `inch` every key that ends in `_mm` here ends in `_inch`, and one in millimeters is refused.
+    /// Unit of all lengths of this file. With `inch` every key that ends in `_mm` here ends in `_inch`, and
+    /// one in millimeters is refused.
     #[serde(default)]
     #[allow(dead_code, reason = "the text is in millimeters before it comes here")]
     pub(crate) unit: Unit,
@@ -128,7 +129,9 @@ pub(crate) struct ToolEntry {
     pub(crate) half_angle_deg: Option<f64>,
     /// Angle between the face and the side of the inserts of a face mill.
     pub(crate) entering_angle_deg: Option<f64>,
-    /// Pitch of the thread of a tap; without it the thread is not known, and neither thread nor tapping feed is checked. What the tap cuts between the core of that thread and its diameter is reported as thread, not as gouge.
+    /// Pitch of the thread of a tap; without it the thread is not known, and neither thread nor tapping feed
+    /// is checked. What the tap cuts between the core of that thread and its diameter is reported as thread,
+    /// not as gouge.
     pub(crate) pitch_mm: Option<f64>,
     /// Curve of a `profile` cutter from the tip `[0, 0]` upward.
     pub(crate) segments: Option<Vec<SegmentEntry>>,
@@ -152,11 +155,12 @@ pub(crate) struct ToolEntry {
     pub(crate) gauge_length_is: Option<LengthIs>,
     /// Number of flutes or inserts.
     pub(crate) flutes: Option<u32>,
-    /// Whether the cutting edges reach the center, so that the tool may plunge. When left out, they do where the end rises from the
-    /// axis (ball, point), a tap has none there, and of another flat end it is not known.
+    /// Whether the cutting edges reach the center, so that the tool may plunge. When left out, they do where
+    /// the end rises from the axis (ball, point), a tap has none there, and of another flat end it is not
+    /// known.
     pub(crate) center_cutting: Option<bool>,
-    /// Diameter of the region round the axis that no edge sweeps, of a tool with `center_cutting = false`: on a helix that keeps this
-    /// region over one place it leaves a pillar.
+    /// Diameter of the region round the axis that no edge sweeps, of a tool with `center_cutting = false`: on
+    /// a helix that keeps this region over one place it leaves a pillar.
     pub(crate) dead_center_diameter_mm: Option<f64>,
     /// Steepest ramp or helix into material of a tool with `center_cutting = false`, as its maker states it.
     pub(crate) max_ramp_angle_deg: Option<f64>,
@@ -193,7 +197,8 @@ pub(crate) struct SegmentEntry {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EdgesEntry {
-    /// Helix angle at the largest radius, right-hand positive, with constant lead from the tip plane; 0 (straight) when absent.
+    /// Helix angle at the largest radius, right-hand positive, with constant lead from the tip plane; 0
+    /// (straight) when absent.
     pub(crate) helix_deg: Option<f64>,
     /// Radial run-out of each tooth, outward positive; none when absent.
     pub(crate) radial_run_out_mm: Option<Vec<f64>>,
@@ -203,8 +208,8 @@ pub(crate) struct EdgesEntry {
     pub(crate) round_insert: Option<RoundInsertEntry>,
     /// Radial rake: turns the plane of the edge in the sense in which the tool cuts (`hand`); 0 when absent.
     pub(crate) radial_rake_deg: Option<f64>,
-    /// What the rake turns the plane about: the axis of the tool (when absent), or the line through the lowest point of the edge parallel
-    /// to it.
+    /// What the rake turns the plane about: the axis of the tool (when absent), or the line through the
+    /// lowest point of the edge parallel to it.
     pub(crate) rake_about: Option<RakeAbout>,
 }
 

@@ -8,7 +8,8 @@ use crate::cutter::{ShapeError, refuse};
 /// Largest residual that is believed, µm.
 const LARGEST_UM: f64 = 1000.0;
 
-/// What vibration, ploughing and tear add to the roughness of the motion alone, in the material that the tool is meant for.
+/// What vibration, ploughing and tear add to the roughness of the motion alone, in the material that the tool
+/// is meant for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residual {
     /// Least and most that it adds to Ra, µm.
@@ -19,7 +20,8 @@ pub struct Residual {
     pub source: String,
 }
 
-/// What vibration, ploughing and tear add to the roughness that the motion alone leaves; nothing when left out, and said to be.
+/// What vibration, ploughing and tear add to the roughness that the motion alone leaves; nothing when left
+/// out, and said to be.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ResidualEntry {

@@ -257,7 +257,8 @@ fn the_cone_of_a_cutter_above_its_flutes_is_neck() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// Whatever the numbers, a cutter is refused or is a set of convex bodies whose closed-form volume is the sum of disks.
+    /// Whatever the numbers, a cutter is refused or is a set of convex bodies whose closed-form volume is the
+    /// sum of disks.
     #[test]
     fn any_apt_cutter_is_refused_or_sound(
         d in 0.1..80.0, r in 0.0..60.0, e in -80.0..40.0, f in 0.0..60.0, a in 0.0..89.0, b in -89.0..89.0, h in 0.1..90.0,

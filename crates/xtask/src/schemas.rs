@@ -18,11 +18,40 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), TaskError> {
         ("compare", text(&schemars::schema_for!(proveout_sim::compare::Comparison))?),
     ];
     for (name, text) in schemas {
+        let text = joined_paragraphs(&text)?;
         let path = root.join(format!("docs/schemas/{name}.schema.json"));
         files::put(&path, &text, check, "cargo xtask schemas")?;
         println!("{}", path.display());
     }
     Ok(())
+}
+
+/// A schema whose descriptions have one line a paragraph: lines of comments are broken for readers of the code.
+fn joined_paragraphs(schema: &str) -> Result<String, TaskError> {
+    fn join(value: &mut serde_json::Value) {
+        match value {
+            serde_json::Value::Object(fields) => {
+                for (key, field) in fields {
+                    match field {
+                        serde_json::Value::String(text) if key == "description" => {
+                            let paragraphs: Vec<String> = text
+                                .split("\n\n")
+                                .map(|p| p.split('\n').map(str::trim).collect::<Vec<_>>().join(" "))
+                                .collect();
+                            *text = paragraphs.join("\n\n");
+                        }
+                        other => join(other),
+                    }
+                }
+            }
+            serde_json::Value::Array(items) => items.iter_mut().for_each(join),
+            _ => {}
+        }
+    }
+    let fail = |e: serde_json::Error| TaskError(format!("a schema is not valid JSON: {e}"));
+    let mut value: serde_json::Value = serde_json::from_str(schema).map_err(fail)?;
+    join(&mut value);
+    Ok(serde_json::to_string_pretty(&value).map_err(fail)? + "\n")
 }
 
 /// A schema with the ranges of its quantities; with inches where a file may count in them.
@@ -53,6 +82,13 @@ mod tests {
     fn schemas_are_those_of_the_types() {
         let check = std::env::var_os("PROVEOUT_SCHEMAS").is_none_or(|word| word != "write");
         run(&crate::workspace_root(), check).expect("the schemas of docs/schemas");
+    }
+
+    #[test]
+    fn a_paragraph_of_a_description_is_one_line() {
+        let text = r#"{ "description": "one\ntwo\n\nthree", "properties": { "description": { "type": "string" } } }"#;
+        let joined = joined_paragraphs(text).expect("JSON");
+        assert!(joined.contains(r#""one two\n\nthree""#) && joined.contains(r#""type": "string""#), "{joined}");
     }
 
     #[test]

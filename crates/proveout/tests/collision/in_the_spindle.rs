@@ -2,7 +2,8 @@
 
 use super::*;
 
-/// The second tool is 40 mm longer: it comes into the spindle with 20 mm of its flutes in the block, and goes up out of it in feed.
+/// The second tool is 40 mm longer: it comes into the spindle with 20 mm of its flutes in the block, and goes
+/// up out of it in feed.
 #[test]
 fn a_tool_that_comes_into_the_spindle_in_material_is_found() {
     let program = |height: f64| {
@@ -51,7 +52,8 @@ fn two_tools(longer: f64) -> String {
     format!("{TOOLS}\n{}", second.replace("gauge_length_mm = 80", &format!("gauge_length_mm = {}", 80.0 + longer)))
 }
 
-/// The tool that the scene puts into the spindle at the start is there in the first motion, too: it goes into the post, 60 mm high, or ends over it.
+/// The tool that the scene puts into the spindle at the start is there in the first motion, too: it goes into
+/// the post, 60 mm high, or ends over it.
 #[test]
 fn a_tool_that_is_in_the_spindle_at_the_start_is_checked_from_the_first_motion_on() {
     for (z, state) in [(40.0, "fail"), (66.0, "pass")] {
@@ -72,8 +74,8 @@ fn a_tool_that_is_in_the_spindle_at_the_start_is_checked_from_the_first_motion_o
     assert_eq!((hits.len(), hits.first().map(|f| &f["line"])), (1, Some(&4.into())), "{:?}", verdict["findings"]);
 }
 
-/// The last tool of a program comes into the spindle where the one before has cut, and nothing moves it: it is longer, and stands in the post, or in the
-/// stock beside it, or over both.
+/// The last tool of a program comes into the spindle where the one before has cut, and nothing moves it: it
+/// is longer, and stands in the post, or in the stock beside it, or over both.
 #[test]
 fn a_tool_that_nothing_moves_is_checked_where_it_stands() {
     let ends = ["M30\n", "", "T1 M6\nM30\n"];
@@ -97,7 +99,8 @@ fn a_tool_that_nothing_moves_is_checked_where_it_stands() {
     }
 }
 
-/// A spindle that is at its speed at once, switched right before a motion into the stock: the word counts in that motion already.
+/// A spindle that is at its speed at once, switched right before a motion into the stock: the word counts in
+/// that motion already.
 #[test]
 fn the_spindle_turns_or_stands_in_the_very_next_block() {
     for (words, stands) in [("M3", false), ("M5", true), ("S0 M3", true)] {

@@ -113,8 +113,8 @@ fn a_machine_without_bodies_is_not_passed_for_its_fixtures() {
     }
 }
 
-/// A tool below the table's face is a finding only where the table is described: a machine file with bodies, but none that moves with the table or
-/// with the spindle, is not passed, and the gate names which.
+/// A tool below the table's face is a finding only where the table is described: a machine file with bodies,
+/// but none that moves with the table or with the spindle, is not passed, and the gate names which.
 #[test]
 fn a_machine_without_its_table_or_its_spindle_is_not_passed() {
     let jaw = "[[fixture]]\nname = \"jaw\"\nbox = { min_mm = [20, 20, 0], max_mm = [30, 30, 20] }\n";

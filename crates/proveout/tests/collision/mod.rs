@@ -1,5 +1,5 @@
-//! Bodies against bodies as a person types it: what the machine file leaves out or treats on its own, and meshes that bound no solid, are named by
-//! the gates; what is checked of them has closed forms.
+//! Bodies against bodies as a person types it: what the machine file leaves out or treats on its own, and
+//! meshes that bound no solid, are named by the gates; what is checked of them has closed forms.
 //!
 //! ```text
 //!      head  [-50, 50] x [-50, 50], 10 over the gauge line      cover, its face at x = 150
@@ -163,8 +163,8 @@ fn post(without: std::ops::Range<usize>, more: &[[[f64; 3]; 3]]) -> String {
     format!("solid post\n{}endsolid post\n", all.map(facet).collect::<String>())
 }
 
-/// The tool comes down beside the post, 2 mm from its side, until the holder is over its top by a height, in line 8; its lower face is 50 mm over the
-/// tip.
+/// The tool comes down beside the post, 2 mm from its side, until the holder is over its top by a height, in
+/// line 8; its lower face is 50 mm over the tip.
 fn over_the_post(height: f64) -> String {
     format!(
         "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X-20. Y0.\nG0 Z{}\nX-22.\nZ200.\nM5\nM30\n%\n",
@@ -243,8 +243,8 @@ fn a_pair_that_the_machine_file_excludes_is_named_with_its_reason() {
     assert!(said.contains("machine.toml:") && said.contains("there is no body \"lid\""), "{said}");
 }
 
-/// A bar of 10 mm turns on its table into the cheeks of the cradle, which rise by 8 mm over the face and 110 mm from the axis: the layer of 17 mm that
-/// counts for nothing against the flush face does not hide them.
+/// A bar of 10 mm turns on its table into the cheeks of the cradle, which rise by 8 mm over the face and 110
+/// mm from the axis: the layer of 17 mm that counts for nothing against the flush face does not hide them.
 #[test]
 fn a_flat_bar_that_swings_into_the_cheeks_of_its_cradle_is_found() {
     let slides =
@@ -314,8 +314,9 @@ fn what_the_checks_cost_is_reported() {
     assert!(said.contains(&line), "{line}\n{said}");
 }
 
-/// A blade along +X between a platform at its root (X = 1) and a shroud at its tip (X = 98), with fillets of 3 mm, as `proveout blade` writes it,
-/// stood upright on the table: X of the blade is Z of the table, raised by 9 mm.
+/// A blade along +X between a platform at its root (X = 1) and a shroud at its tip (X = 98), with fillets of
+/// 3 mm, as `proveout blade` writes it, stood upright on the table: X of the blade is Z of the table, raised
+/// by 9 mm.
 fn upright_blade(shop: &Shop) {
     let plate = "{ fillet_radius_mm = 3, thickness_mm = 8, y_mm = [-30, 30], z_mm = [-30, 30] }";
     let scene = format!(
@@ -345,8 +346,9 @@ fn upright_blade(shop: &Shop) {
     fs::write(shop.path().join("post.stl"), bytes).expect("written");
 }
 
-/// The table is tilted by 15 degrees, the tool goes in from the side between platform and shroud. The holder, a cylinder of 10 mm radius round the
-/// vertical, comes near the lower edge of the shroud's rim, which is a straight line along Y through x = 30, z = 107 of the table:
+/// The table is tilted by 15 degrees, the tool goes in from the side between platform and shroud. The holder,
+/// a cylinder of 10 mm radius round the vertical, comes near the lower edge of the shroud's rim, which is a
+/// straight line along Y through x = 30, z = 107 of the table:
 ///
 /// ```text
 ///            .------.     | |  holder            the edge stands at x cos b - z sin b of the machine, so that
@@ -422,8 +424,8 @@ fn drum() -> String {
     format!("solid drum\n{}endsolid drum\n", (0..240).flat_map(side).map(facet).collect::<String>())
 }
 
-/// The flutes run along a drum that turns below them, 0.2 mm over each of its edges that passes: the least clearance is that, and is proved to a fiftieth of it,
-/// though there is nothing farther away at any moment.
+/// The flutes run along a drum that turns below them, 0.2 mm over each of its edges that passes: the least
+/// clearance is that, and is proved to a fiftieth of it, though there is nothing farther away at any moment.
 #[test]
 fn a_tool_that_runs_close_over_what_turns_is_measured_to_micrometers() {
     let program = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS3000 M3\nG0 X0. Y-20. Z200. B-30.\nG0 Z60.2\nG1 B30. Y20. F800\n\
@@ -440,8 +442,9 @@ fn a_tool_that_runs_close_over_what_turns_is_measured_to_micrometers() {
     assert!(found(&verdict, "collision-bodies").is_empty(), "{verdict}");
 }
 
-/// A rail on the base and a carriage on X that lies round it all over: where nothing is left of two neighbors to check, they pass as a guide by the role that
-/// the machine file gives the body that is swallowed, and are not checked otherwise.
+/// A rail on the base and a carriage on X that lies round it all over: where nothing is left of two neighbors
+/// to check, they pass as a guide by the role that the machine file gives the body that is swallowed, and are
+/// not checked otherwise.
 #[test]
 fn neighbors_that_touch_all_over_pass_by_their_role_alone() {
     let bodies = |rail: &str, carriage: &str| {

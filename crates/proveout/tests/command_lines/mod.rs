@@ -1,6 +1,7 @@
-//! Every command line of the pages, of the help texts and of `more.txt` runs as a person types it, and its output is compared with
-//! what it was. After a wanted change: `INSTA_UPDATE=always cargo test -p proveout --test cli command_lines::`, and look at the difference.
-//! That every option is in one of these lines, and that clap takes them, is held by the tests of `src/every_option.rs`.
+//! Every command line of the pages, of the help texts and of `more.txt` runs as a person types it, and its
+//! output is compared with what it was. After a wanted change: `INSTA_UPDATE=always cargo test -p proveout
+//! --test cli command_lines::`, and look at the difference. That every option is in one of these lines, and
+//! that clap takes them, is held by the tests of `src/every_option.rs`.
 
 mod pages;
 mod sandbox;
@@ -116,7 +117,8 @@ fn run(typed: &Typed, folder: &Path) {
     }
 }
 
-/// Commands of pages that take minutes name what is there, and with `PROVEOUT_LONG_COMMANDS=1` each is typed, on the scenes as they are.
+/// Commands of pages that take minutes name what is there, and with `PROVEOUT_LONG_COMMANDS=1` each is typed,
+/// on the scenes as they are.
 #[test]
 fn long_commands_end_with_a_result() {
     let root = root();

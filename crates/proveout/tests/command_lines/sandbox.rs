@@ -1,6 +1,7 @@
-//! A folder laid out as the project is, in which the commands of the pages are typed: machines and tools are those of the project,
-//! scenes are the project's with coarser cells and the first blocks of their programs, and what the pages name by `out/part-main`
-//! is a small part of its own. A command stays as the page has it, word for word; what it reads is smaller.
+//! A folder laid out as the project is, in which the commands of the pages are typed: machines and tools are
+//! those of the project, scenes are the project's with coarser cells and the first blocks of their programs,
+//! and what the pages name by `out/part-main` is a small part of its own. A command stays as the page has it,
+//! word for word; what it reads is smaller.
 
 use std::{
     fs,

@@ -136,8 +136,8 @@ fn filled(subcommand: &str, option: &str, word: &str) -> Result<String, String> 
     Ok(parts.iter().map(part).collect::<Result<Vec<_>, _>>()?.join("/"))
 }
 
-/// Commands that can be typed, each once, in the order in which one leaves what the next one reads: scenes that are made, then runs, but
-/// for those of planned programs.
+/// Commands that can be typed, each once, in the order in which one leaves what the next one reads: scenes
+/// that are made, then runs, but for those of planned programs.
 pub(crate) fn typed(shown: &[Shown]) -> Result<Vec<Typed>, String> {
     let mut all: Vec<Typed> = Vec::new();
     for one in shown.iter().filter(|s| s.can_be_typed()) {

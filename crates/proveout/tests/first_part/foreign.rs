@@ -1,4 +1,5 @@
-//! Programs as other people write them: tools in other languages and units, bars that lie, controls that begin with what is active.
+//! Programs as other people write them: tools in other languages and units, bars that lie, controls that
+//! begin with what is active.
 
 use std::fs;
 
@@ -8,9 +9,9 @@ use super::desk::{Desk, believable, gate, printed};
 const BAR: &str = "O7001 (WALEK FI60)\nG21 G90 G94 G17 G40 G49 G80\nG54\nT1 M06 (FREZ FI9.6 4Z)\nG43 H1 Z50.\nS3000 M03\n\
                    G00 X-10. Y0\nG00 Z-4.8\nG01 X110. F600\nG00 Z50.\nM05\nM30\n";
 
-/// Volume of the slot, mm3: what lies above 25.2 mm from the middle of the circle, 4.8 mm to both sides, the integral of sqrt(900 - y^2) - 25.2.
-/// Walls and bottom stand midway between rays 0.4 mm apart, so that only the round top is counted by cells: 2 percent is a quarter of one over
-/// the whole width.
+/// Volume of the slot, mm3: what lies above 25.2 mm from the middle of the circle, 4.8 mm to both sides, the
+/// integral of sqrt(900 - y^2) - 25.2. Walls and bottom stand midway between rays 0.4 mm apart, so that only
+/// the round top is counted by cells: 2 percent is a quarter of one over the whole width.
 fn slot() -> f64 {
     let half = 0.5 * (4.8 * (900.0_f64 - 4.8 * 4.8).sqrt() + 900.0 * (4.8_f64 / 30.0).asin());
     100.0 * (2.0 * half - 9.6 * 25.2)
@@ -107,7 +108,8 @@ fn a_tool_that_is_named_and_never_changed_in_is_proposed() {
 #[test]
 fn the_mounting_keeps_every_position_in_the_travel() {
     let desk = Desk::new(&[]);
-    // Cuts 350 mm from the zero to which the program goes back: with the cuts in the middle of the table it would leave the travel of Y.
+    // Cuts 350 mm from the zero to which the program goes back: with the cuts in the middle of the table it
+    // would leave the travel of Y.
     let text = "G21 G90 G54\nT1 M06 (END MILL D10)\nG43 H1 Z50.\nS3000 M03\nG00 X60. Y350.\nZ2.\nG01 Z-1. F300\nX400.\nG00 Z50.\n\
                 X-10. Y-10.\nM05\nM30\n";
     desk.write("far.nc", text);

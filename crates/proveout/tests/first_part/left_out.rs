@@ -1,4 +1,5 @@
-//! What the gates of the shape leave out and tell: threads round core holes, and sheets of material that are thinner than their faces are known.
+//! What the gates of the shape leave out and tell: threads round core holes, and sheets of material that are
+//! thinner than their faces are known.
 
 use std::{f64::consts::TAU, fs};
 
@@ -21,8 +22,8 @@ fn stl(triangles: &[[[f64; 3]; 3]]) -> String {
     text + "endsolid part\n"
 }
 
-/// A block of 40 x 40 x 20 mm with its top at zero and drilled holes of this diameter at these places along X: straight down to `straight`, then a
-/// point down to `deep`.
+/// A block of 40 x 40 x 20 mm with its top at zero and drilled holes of this diameter at these places along
+/// X: straight down to `straight`, then a point down to `deep`.
 fn drilled(diameter: f64, at: f64, [straight, deep]: [f64; 2]) -> String {
     const N: usize = 96;
     let ring = |r: f64, z: f64, k: usize| {
@@ -116,8 +117,8 @@ fn a_thread_in_its_core_hole_is_reported_and_is_no_gouge() {
     assert_eq!((outer["deviation"]["threads"].as_u64(), findings(&outer, "geometry-thread").len()), (Some(0), 0));
 }
 
-/// The same holes tapped with another way in a revolution than the pitch of M8, 1.25 mm: coupled to the spindle as `G84` is, in a feed by time, and in one
-/// by the revolution.
+/// The same holes tapped with another way in a revolution than the pitch of M8, 1.25 mm: coupled to the
+/// spindle as `G84` is, in a feed by time, and in one by the revolution.
 #[test]
 fn a_tap_that_is_led_by_another_pitch_than_its_own_is_an_error() {
     let desk = Desk::new(&[]);
@@ -195,7 +196,8 @@ fn a_sheet_thinner_than_its_faces_are_known_is_reported_and_fails_nothing() {
     assert_eq!(gate(&fin, "excess").0, "fail", "{:?}", gate(&fin, "excess"));
     assert!(findings(&fin, "geometry-film").is_empty());
     assert!(fin["deviation"]["excess_max_mm"].as_f64().is_some_and(|e| e > 0.5), "{}", fin["deviation"]);
-    // Both walls in one plane, in which rays run: those say the sheet is there, and the ones that cross them see nothing.
+    // Both walls in one plane, in which rays run: those say the sheet is there, and the ones that cross them
+    // see nothing.
     let exact = run("exact", 0.0);
     assert_eq!(
         (gate(&exact, "excess").0.as_str(), exact["deviation"]["films"].as_u64()),
@@ -205,7 +207,8 @@ fn a_sheet_thinner_than_its_faces_are_known_is_reported_and_fails_nothing() {
     );
 }
 
-/// `DL` of a tool call: the control takes the tool for longer than it is, and what is left stands on the part; for shorter, it gouges.
+/// `DL` of a tool call: the control takes the tool for longer than it is, and what is left stands on the
+/// part; for shorter, it gouges.
 #[test]
 fn a_delta_value_of_the_length_is_left_on_the_part_or_taken_from_it() {
     let desk = Desk::new(&[]);
@@ -289,7 +292,8 @@ fn imports_tell_taps_and_edges_at_the_center() {
     assert!(output.contains("is not a dimension of kind \"flat\""), "{output}");
 }
 
-/// The control fetches the tool of the next operation while this one cuts; that one need not be known. Where it comes into the spindle, it must be.
+/// The control fetches the tool of the next operation while this one cuts; that one need not be known. Where
+/// it comes into the spindle, it must be.
 #[test]
 fn a_tool_that_is_made_ready_and_never_changed_in_need_not_be_known() {
     let desk = Desk::new(&[]);

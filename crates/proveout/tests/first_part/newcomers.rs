@@ -1,5 +1,5 @@
-//! Programs and files as people bring them who have never seen this program: what was once taken for something else, refused, or told in words
-//! that led nowhere.
+//! Programs and files as people bring them who have never seen this program: what was once taken for
+//! something else, refused, or told in words that led nowhere.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
-//! Programs in the manner of the posts of eight CAM systems, each from its text to a verdict by what is proposed: no finding that the
-//! machine, the stock or the place of the zero would cause.
+//! Programs in the manner of the posts of eight CAM systems, each from its text to a verdict by what is
+//! proposed: no finding that the machine, the stock or the place of the zero would cause.
 
 use std::fs;
 
@@ -58,7 +58,8 @@ fn fusion_for_a_haas_in_inch_with_the_zero_at_home() {
             "chosen: Z is sent to 0 of the machine (G53, SUPA or M91, lines 13,",
             "zero = \"home\"",
         ],
-        // The contour runs round a plate of 4 x 3 inches, faced at its zero; the widest path is that of the contour's ends.
+        // The contour runs round a plate of 4 x 3 inches, faced at its zero; the widest path is that of the
+        // contour's ends.
         stock: Some([-27.0, -24.5, -18.0, 113.5, 88.0, 1.0]),
     });
 }

@@ -1,5 +1,5 @@
-//! What programs of strangers do that a first try of ours got wrong: contours and holes as they are written by hand, tools that are told in
-//! other ways, parts that stand on tilted tables.
+//! What programs of strangers do that a first try of ours got wrong: contours and holes as they are written
+//! by hand, tools that are told in other ways, parts that stand on tilted tables.
 
 use std::fs;
 
@@ -45,7 +45,8 @@ fn a_program_that_only_drills_gets_a_stock_that_it_drills() {
     assert!(output.contains("stock: X 2.50 to 37.50, Y 12.50 to 27.50, Z -5.00 to 0.00 mm"), "{output}");
     let verdict = desk.verdict("holes");
     assert!(errors(&verdict).is_empty(), "{:?}", errors(&verdict));
-    // Two holes of 5 mm, 4 mm deep to the tip of a point of 118 degrees: the cylinder, less two thirds of the cone's height.
+    // Two holes of 5 mm, 4 mm deep to the tip of a point of 118 degrees: the cylinder, less two thirds of the
+    // cone's height.
     let (area, point) = (std::f64::consts::PI * 6.25, 2.5 / 59_f64.to_radians().tan());
     let (hole, cut) =
         (2.0 * area * (4.0 - 2.0 / 3.0 * point), verdict["removal"]["volume_mm3"].as_f64().expect("a volume"));

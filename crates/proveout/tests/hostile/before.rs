@@ -1,5 +1,6 @@
-//! Inputs on which the program once hung, aborted, panicked or took all memory, as they were found, or as a generator where they are
-//! larger than a few lines. Each ends now with a code of the program, within 20 s of a processor and 8 GiB, and says why.
+//! Inputs on which the program once hung, aborted, panicked or took all memory, as they were found, or as a
+//! generator where they are larger than a few lines. Each ends now with a code of the program, within 20 s of
+//! a processor and 8 GiB, and says why.
 
 use std::{fmt::Write as _, fs};
 
@@ -101,7 +102,8 @@ fn loops_without_end() {
     ends("run", &shop, &run, &[1, 2], "");
 }
 
-/// A five-axis program with its middle torn out: the tool goes from one end of it to the other in one block at a feed of the flank.
+/// A five-axis program with its middle torn out: the tool goes from one end of it to the other in one block
+/// at a feed of the flank.
 #[test]
 fn a_program_without_its_middle() {
     let shop = Workshop::new();
@@ -139,8 +141,8 @@ fn a_helix_for_a_control_without_tool_names() {
     ends("helix", &shop, &["nc", "p.mpf", "--post", "iso"], &[2], "BALL_D16");
 }
 
-/// Values of scene and machine: file, what stands there, what comes instead, what is told. They hung, overflowed the stack, panicked,
-/// took 4 to 10 GB, or put numbers of 300 digits into the verdict.
+/// Values of scene and machine: file, what stands there, what comes instead, what is told. They hung,
+/// overflowed the stack, panicked, took 4 to 10 GB, or put numbers of 300 digits into the verdict.
 const VALUES: [(&str, &str, &str, &str); 10] = [
     (
         "scene.toml",

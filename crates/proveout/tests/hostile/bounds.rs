@@ -31,7 +31,8 @@ fn quantities_out_of_range_are_refused_with_the_range() {
     }
 }
 
-/// Programs that would not end, or would fill the memory: what stands for a line of the program, the line that is told, and words.
+/// Programs that would not end, or would fill the memory: what stands for a line of the program, the line
+/// that is told, and words.
 const ENDLESS: [(&str, u32, &str); 6] = [
     ("G0 X1000000", 5, "more than 10 travels past its travel"),
     ("G0 X10000000", 5, "more than 10 travels past its travel"),
@@ -58,8 +59,8 @@ fn motion_without_measure_ends_the_program_by_name() {
     }
 }
 
-/// A machine within all ranges whose motion has twelve million control cycles: each joint is there in no time by its speed, and takes two
-/// minutes by its acceleration.
+/// A machine within all ranges whose motion has twelve million control cycles: each joint is there in no time
+/// by its speed, and takes two minutes by its acceleration.
 #[test]
 fn joints_too_slow_for_their_cycle_end_the_program() {
     for (mode, motion) in

@@ -1,5 +1,5 @@
-//! Runs that are stopped at moments drawn at random, and go on: by Ctrl-C, by TERM and by a kill that nobody can answer. What they leave
-//! in the end has the same bytes as an undisturbed run.
+//! Runs that are stopped at moments drawn at random, and go on: by Ctrl-C, by TERM and by a kill that nobody
+//! can answer. What they leave in the end has the same bytes as an undisturbed run.
 //!
 //! `PROVEOUT_KILLS` sets how many (200 for a whole check), `PROVEOUT_KILL_SEED` the seed.
 //!
@@ -29,8 +29,9 @@ const SIGNALS: [&str; 4] = ["KILL", "INT", "KILL", "TERM"];
 /// Name of the journal of the run folder `result`.
 const JOURNAL: &str = ".result.journal";
 
-/// Everything that a run keeps in mind: a history, a finer patch, a design that the swept surface is held against, rapids and a tool that
-/// stands still in material (depths of runs), pieces that come off and fall, loops, dwells, findings.
+/// Everything that a run keeps in mind: a history, a finer patch, a design that the swept surface is held
+/// against, rapids and a tool that stands still in material (depths of runs), pieces that come off and fall,
+/// loops, dwells, findings.
 fn shop() -> Workshop {
     let shop = Workshop::new();
     shop.scene("[[stock.patch]]\nname = \"corner\"\nmin_mm = [5, 5, -8]\nmax_mm = [20, 20, 0]\ncell_mm = 0.3\n");
@@ -85,8 +86,8 @@ fn same(what: &str, a: &BTreeMap<String, Vec<u8>>, b: &BTreeMap<String, Vec<u8>>
     assert!(other.is_empty(), "{what}: {other:?} have other bytes");
 }
 
-/// Starts a run and stops it after a while: how it ended, what it said on standard error, and how long the signal took; none of these
-/// where it had ended by itself before.
+/// Starts a run and stops it after a while: how it ended, what it said on standard error, and how long the
+/// signal took; none of these where it had ended by itself before.
 fn stopped(shop: &Workshop, more: &[&str], signal: &str, after: Duration) -> Option<(Option<i32>, String, Duration)> {
     let said = shop.path().join("said.txt");
     let mut call = Command::new(env!("CARGO_BIN_EXE_proveout"));

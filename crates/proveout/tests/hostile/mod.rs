@@ -1,5 +1,5 @@
-//! Bad days and hostile files, typed as a person types them: bounded in time and memory whatever the input, nothing of anybody lost,
-//! evidence that holds. `docs/hostile-input.md` has the list.
+//! Bad days and hostile files, typed as a person types them: bounded in time and memory whatever the input,
+//! nothing of anybody lost, evidence that holds. `docs/hostile-input.md` has the list.
 
 mod before;
 mod bounds;

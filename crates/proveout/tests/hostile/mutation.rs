@@ -1,9 +1,11 @@
 //! Thousands of spoiled inputs: scenes, machines, tools, programs of all languages, meshes and stock files.
 //!
-//! Every one ends with an exit code of the program, within 20 s of a processor, within the memory that a call may take,
-//! and without a panic. A run that announces a stock of more than a hundred MiB (a block that a spoiled number has made a hundred meters
-//! long has six million rays) has work to do, and a minute. `PROVEOUT_MUTATIONS` sets how many (20,000 for a whole run, a hundredth of it by default),
-//! `PROVEOUT_MUTATION_SEED` the seed; an input that failed is kept below the target folder and named with its seed.
+//! Every one ends with an exit code of the program, within 20 s of a processor, within the memory that a call
+//! may take, and without a panic. A run that announces a stock of more than a hundred MiB (a block that a
+//! spoiled number has made a hundred meters long has six million rays) has work to do, and a minute.
+//! `PROVEOUT_MUTATIONS` sets how many (20,000 for a whole run, a hundredth of it by default),
+//! `PROVEOUT_MUTATION_SEED` the seed; an input that failed is kept below the target folder and named with its
+//! seed.
 //!
 //! ```text
 //! PROVEOUT_MUTATIONS=20000 cargo test -p proveout --test cli hostile:: -- mutation --nocapture

@@ -1,4 +1,5 @@
-//! Scene, machine and tools are read in one place: the same fault has the same words in each of them, with place, value, limit, remedy.
+//! Scene, machine and tools are read in one place: the same fault has the same words in each of them, with
+//! place, value, limit, remedy.
 
 use std::fs;
 

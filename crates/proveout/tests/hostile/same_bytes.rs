@@ -1,5 +1,5 @@
-//! The same bytes from any working directory, however the scene is named, and with any number of threads: every file of a run folder
-//! and of a comparison but `run.json` and a recording.
+//! The same bytes from any working directory, however the scene is named, and with any number of threads:
+//! every file of a run folder and of a comparison but `run.json` and a recording.
 
 use std::{collections::BTreeMap, fs, path::Path};
 

@@ -1,4 +1,5 @@
-//! Cells, units and places that do not belong together: a stock between the rays, meshes in another unit, a volume that does not add up.
+//! Cells, units and places that do not belong together: a stock between the rays, meshes in another unit, a
+//! volume that does not add up.
 
 use std::time::Duration;
 
@@ -81,7 +82,8 @@ fn the_cell_size_has_one_range() {
     }
 }
 
-/// Fixtures, designs and stocks in inches, meters and centimeters, and designs far off: refused by `check` and `run` in seconds, until the unit is stated.
+/// Fixtures, designs and stocks in inches, meters and centimeters, and designs far off: refused by `check`
+/// and `run` in seconds, until the unit is stated.
 #[test]
 fn meshes_in_another_unit_are_refused_until_it_is_stated() {
     let clamp = ([-7.0, 20.0, -15.0], [7.0, 45.0, 10.0]);
@@ -150,7 +152,8 @@ fn a_design_of_another_size_ends_in_seconds() {
     shop.refused(&["part", "away from the stock"]);
 }
 
-/// A face of 40 x 40 x 2 mm: the same volume at any cells, in verdict, blocks and tools; with what is left it is the stock.
+/// A face of 40 x 40 x 2 mm: the same volume at any cells, in verdict, blocks and tools; with what is left it
+/// is the stock.
 #[test]
 fn removed_and_left_are_the_stock() {
     const PROGRAM: &str = "G17 G54 G90 G94 G710\nT=\"END_D20\"\nM6\nG0 X-35 Y-12 Z50 S1000 M3 D1\nG0 Z-2\nG1 X35 F2000\nG1 Y4\nG1 X-35\nG1 Y20\nG1 X35\nG0 Z50\nM30\n";

@@ -36,8 +36,8 @@ pub(crate) fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
 }
 
-/// Starts the program; none where it was still running after `most`, and was killed. After `processor_s` of processor time the system
-/// ends it with a signal.
+/// Starts the program; none where it was still running after `most`, and was killed. After `processor_s` of
+/// processor time the system ends it with a signal.
 pub(crate) fn proveout_within(folder: &Path, arguments: &[&str], most: Duration, processor_s: u64) -> Option<Told> {
     let begin = Instant::now();
     let mut call = if cfg!(unix) {

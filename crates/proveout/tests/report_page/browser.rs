@@ -1,4 +1,5 @@
-//! Chromium without a window, over the pipe of its `DevTools` protocol: JSON that ends in a zero byte, on file descriptors 3 and 4.
+//! Chromium without a window, over the pipe of its `DevTools` protocol: JSON that ends in a zero byte, on
+//! file descriptors 3 and 4.
 
 use std::{
     env,

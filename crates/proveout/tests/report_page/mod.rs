@@ -1,5 +1,6 @@
-//! The report as a reader uses it: the program runs a scene with a hundred findings, Chromium opens the page, and every control of it is
-//! clicked. Without Chromium the tests pass and say by name that nobody has looked. `PROVEOUT_PAGES=FOLDER` keeps pictures of the page.
+//! The report as a reader uses it: the program runs a scene with a hundred findings, Chromium opens the page,
+//! and every control of it is clicked. Without Chromium the tests pass and say by name that nobody has
+//! looked. `PROVEOUT_PAGES=FOLDER` keeps pictures of the page.
 
 #![cfg(unix)]
 
@@ -77,8 +78,8 @@ center_cutting = true
 holder = { sections = [{ diameter_mm = 30, length_mm = 36 }] }
 "#;
 
-/// Rows over a plate; every row ends in a rapid through the material of the next one, some rows are too deep, and there is one that leaves
-/// the travel.
+/// Rows over a plate; every row ends in a rapid through the material of the next one, some rows are too deep,
+/// and there is one that leaves the travel.
 fn program(rows: u32) -> String {
     let mut text = String::from(
         "%\nO100 (PLATE)\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS5000 M3\n(ROUGH)\nG0 X-10. Y0. Z20.\n",

@@ -85,7 +85,8 @@ fn a_tilted_line_swings_the_axis_on_a_cone() {
     assert!((actual.actual_forward(&q, 0.0).angle_to(&actual.forward(&q, 0.0)) - 2.0 * e).abs() < 1e-12);
 }
 
-/// A square path on slides that miss the right angle by e becomes a rhombus: sides kept, diagonals a sqrt(2 (1 -+ sin e)).
+/// A square path on slides that miss the right angle by e becomes a rhombus: sides kept, diagonals a sqrt(2
+/// (1 -+ sin e)).
 #[test]
 fn missing_squareness_makes_a_rhombus() {
     let (a, e) = (200.0, 40e-6);

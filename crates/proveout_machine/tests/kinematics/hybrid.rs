@@ -71,8 +71,9 @@ fn the_golden_rows_are_reproduced() {
         worst[0] = worst[0].max((reached.tip - p).norm());
         worst[1] = worst[1].max((reached.axis - axis).norm());
 
-        // The file's axis has nine digits, its angles eleven: the slides are compared at the axis of the angles, where the
-        // lever of 75 mm at most makes 7e-10 of half a unit of an angle; the angles at the rounded axis.
+        // The file's axis has nine digits, its angles eleven: the slides are compared at the axis of the
+        // angles, where the lever of 75 mm at most makes 7e-10 of half a unit of an angle; the angles at the
+        // rounded axis.
         let exact = ToolPose { tip: p, axis: reached.axis };
         let branch = machine.inverse_nearest(&exact, 0.0, &q).expect("reached").q;
         for k in 0..3 {
@@ -107,8 +108,8 @@ fn the_golden_rows_are_reproduced() {
         "tip, axis, slides, angles, round trip, legs, from legs: {}",
         worst.map(|v| format!("{v:.2e}")).join(", ")
     );
-    // Slides: half a unit of nine decimals, and of an angle on the lever. Legs: half a unit of heave and leg, and of the
-    // tilt on a radius of 150 mm (1.3e-9). The round trips do not pass through printed numbers.
+    // Slides: half a unit of nine decimals, and of an angle on the lever. Legs: half a unit of heave and leg,
+    // and of the tilt on a radius of 150 mm (1.3e-9). The round trips do not pass through printed numbers.
     assert!(worst[2] < 1e-9 && worst[4] < 1e-9 && worst[5] < 2.3e-9 && worst[6] < 1e-9, "{worst:?}");
 }
 
@@ -180,7 +181,8 @@ fn legs_give_heave_and_tilt_back() {
         near[3] += random.range(-0.1, 0.1);
         let [heave, tilt] = platform.from_legs(lengths, &near).expect("closes");
         let by_newton = newton(lengths, (near[2], near[3]));
-        // The legs hold the plate with a transmission above 0.3 here: a length of 500 mm in doubles, 6e-14, becomes 1e-12.
+        // The legs hold the plate with a transmission above 0.3 here: a length of 500 mm in doubles, 6e-14,
+        // becomes 1e-12.
         assert!(platform.transmission(&q) > 0.3);
         assert!((heave - q[2]).abs() < 1e-9 && (tilt - q[3]).abs() < 1e-11, "{heave} {tilt} against {q:?}");
         assert!((heave - by_newton.0).abs() < 1e-9 && (tilt - by_newton.1).abs() < 1e-11, "{by_newton:?}");
@@ -195,8 +197,8 @@ fn legs_give_heave_and_tilt_back() {
     assert!(matches!(platform.from_legs([f64::NAN, 400.0, 400.0], &q), Err(PlatformError::Length { .. })));
 }
 
-/// Rates and accelerations of the legs against central differences: step 1e-4 s, third derivatives below 1e4 mm/s³ leave
-/// 1e-5 / 6; rounding 1e-13 / 1e-8 for the second.
+/// Rates and accelerations of the legs against central differences: step 1e-4 s, third derivatives below 1e4
+/// mm/s³ leave 1e-5 / 6; rounding 1e-13 / 1e-8 for the second.
 #[test]
 fn leg_rates_are_limits_of_differences() {
     let machine = machine_2();
@@ -216,7 +218,8 @@ fn leg_rates_are_limits_of_differences() {
             assert!(((after[k] - before[k]) / (2.0 * h) - rates[k]).abs() < 1e-4);
             assert!(((after[k] - 2.0 * now[k] + before[k]) / (h * h) - accelerations[k]).abs() < 1e-2);
         }
-        // Third difference over 2 ms: rounding 4e-13 / 2e-9, and a quarter of the fifth derivative (some 1e4) times 1e-6.
+        // Third difference over 2 ms: rounding 4e-13 / 2e-9, and a quarter of the fifth derivative (some 1e4)
+        // times 1e-6.
         let jerks = platform.leg_jerk(&q, [&v, &a, &j]);
         let h = 1e-3;
         let (outer, inner) = ([at(-2.0 * h), at(2.0 * h)], [at(-h), at(h)]);
@@ -370,7 +373,8 @@ fn legs_have_drives_of_their_own_and_mistakes_are_named() {
     assert!(text.contains("5000 is not between"), "{text}");
 }
 
-/// Rates of the legs against differences of their lengths, and back; at tilts to both sides, heave and tilt of either sense.
+/// Rates of the legs against differences of their lengths, and back; at tilts to both sides, heave and tilt
+/// of either sense.
 #[test]
 fn rates_of_the_legs_are_the_derivatives_of_their_lengths() {
     let machine = machine_2();

@@ -44,8 +44,8 @@ fn a_third_rotary_joint_is_solved_numerically() {
     assert!(worst[0] < 1e-9 && worst[1] < 1e-10, "{worst:?}");
 }
 
-/// Near the start the motion is the smallest one: no larger than with the third joint held, but for the curvature, which is
-/// of the size of the step.
+/// Near the start the motion is the smallest one: no larger than with the third joint held, but for the
+/// curvature, which is of the size of the step.
 #[test]
 fn the_numerical_way_is_the_smallest_motion() {
     let (moving, held) = (six(""), six("held = true"));

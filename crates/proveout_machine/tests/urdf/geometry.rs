@@ -55,7 +55,8 @@ fn boxes_cylinders_and_spheres_stand_where_the_links_are() {
     let bed = body(&machine, "bed");
     let ball = bed.mesh.positions.iter().filter(|p| (*p - Point::new(550.0, 550.0, 500.0)).norm() < 15.2).count();
     assert!(ball > 2000, "the ball is a mesh of the model: {ball}");
-    // A body moves as its link: the table turned by a quarter of A stands upright, its face towards the operator or away from him.
+    // A body moves as its link: the table turned by a quarter of A stands upright, its face towards the
+    // operator or away from him.
     let mut q = JointValues::ZERO;
     q[machine.joint("A").expect("A")] = -std::f64::consts::FRAC_PI_2;
     let at = machine.bodies.iter().position(|b| b.name == "table").expect("table");

@@ -1,6 +1,8 @@
-//! Forward kinematics of a URDF, written after its specification in matrices of its own: no code is shared with the import.
+//! Forward kinematics of a URDF, written after its specification in matrices of its own: no code is shared
+//! with the import.
 //!
-//! `T(parent, child) = Translate(xyz) Rz(yaw) Ry(pitch) Rx(roll) Motion(q)`, the axis in the frame of the child (joint frame).
+//! `T(parent, child) = Translate(xyz) Rz(yaw) Ry(pitch) Rx(roll) Motion(q)`, the axis in the frame of the
+//! child (joint frame).
 
 use std::collections::BTreeMap;
 

@@ -9,7 +9,8 @@ use super::parameters::ParametersFile;
 
 /// A control: what its programs mean beyond the standard of their language.
 ///
-/// Keys that are left out are taken from the parent, and where no parent says them the reader of the language decides alone.
+/// Keys that are left out are taken from the parent, and where no parent says them the reader of the language
+/// decides alone.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ControlFile {
@@ -53,8 +54,8 @@ pub(crate) struct ControlFile {
     /// Blocks with a slash.
     #[serde(default)]
     pub(crate) blocks: BlocksFile,
-    /// Values of variables that programs read and do not set themselves, system variables included: `#500`, `R5`, `$MC_X`, `Q10`,
-    /// and "ID270 NR1 IDX1" for FN 18: SYSREAD.
+    /// Values of variables that programs read and do not set themselves, system variables included: `#500`,
+    /// `R5`, `$MC_X`, `Q10`, and "ID270 NR1 IDX1" for FN 18: SYSREAD.
     #[serde(default)]
     pub(crate) variables: BTreeMap<String, f64>,
     /// Subprograms.
@@ -72,8 +73,8 @@ pub(crate) struct ControlFile {
     /// Meaning of words: M25, G70, G38.2; for a Sinumerik names of functions and cycles too, for APT the major words.
     #[serde(default)]
     pub(crate) words: BTreeMap<String, WordFile>,
-    /// Where the statements of this file come from: the path of a key ("start.plane", "words.M25", "start" for a table, "*" for all
-    /// others) and the source.
+    /// Where the statements of this file come from: the path of a key ("start.plane", "words.M25", "start"
+    /// for a table, "*" for all others) and the source.
     #[serde(default)]
     pub(crate) source: BTreeMap<String, String>,
 }
@@ -218,7 +219,8 @@ pub(crate) struct ArcsFile {
     pub(crate) largest_difference_mm: Option<f64>,
     /// What I, J and K are.
     pub(crate) centers: Option<CentersFile>,
-    /// How CIRCLE of CL data runs about its axis; left out: as the system that wrote it and the tangents of the path say.
+    /// How CIRCLE of CL data runs about its axis; left out: as the system that wrote it and the tangents of
+    /// the path say.
     pub(crate) clsf_sense: Option<SenseFile>,
 }
 
@@ -476,8 +478,8 @@ pub(crate) struct WordFile {
     pub(crate) kinematics: Option<KinematicsWordFile>,
     /// It calls the subprogram of this number or name.
     pub(crate) call: Option<String>,
-    /// It calls the macro of this number, with the words of the block as arguments; on a `LinuxCNC` the O word subprogram of this
-    /// name, with the words of `values` as its named parameters.
+    /// It calls the macro of this number, with the words of the block as arguments; on a `LinuxCNC` the O
+    /// word subprogram of this name, with the words of `values` as its named parameters.
     #[serde(rename = "macro")]
     pub(crate) macro_call: Option<String>,
     /// It shows the operator this text.
@@ -488,7 +490,8 @@ pub(crate) struct WordFile {
     pub(crate) ignore: Option<String>,
     /// It is refused; what to do instead.
     pub(crate) refuse: Option<String>,
-    /// It calls the work offset whose number this word gives, the first one (G54) with 1, the seventh (G54.1 P1) with 7: "H".
+    /// It calls the work offset whose number this word gives, the first one (G54) with 1, the seventh (G54.1
+    /// P1) with 7: "H".
     pub(crate) offset: Option<String>,
     /// As `offset`, for its block alone; 0 is the machine.
     pub(crate) offset_once: Option<String>,

@@ -13,20 +13,21 @@ use super::error::Checked;
 use super::place::ControlText;
 use crate::AxisValues;
 
-/// What parameters and machine data of the control decide. Where a program depends on a key that is left out, the finding
-/// program-assumed says which reading is taken.
+/// What parameters and machine data of the control decide. Where a program depends on a key that is left out,
+/// the finding program-assumed says which reading is taken.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ParametersFile {
     /// What F counts in a block that moves linear and rotary axes together without tool center point control.
     pub(crate) mixed_feed: Option<MixedFeed>,
-    /// Radius at which the angle of a rotary axis counts in the feed, by its letter, mm; 57.296 (one degree counts as one
-    /// millimeter) when left out.
+    /// Radius at which the angle of a rotary axis counts in the feed, by its letter, mm; 57.296 (one degree
+    /// counts as one millimeter) when left out.
     #[serde(default)]
     pub(crate) reference_radius_mm: BTreeMap<String, f64>,
     /// Way of a rotary axis to an absolute position.
     pub(crate) rollover: Option<Rollover>,
-    /// Letters of the axes that `rollover` holds for; the rotary axes of the machine without limits of travel when left out.
+    /// Letters of the axes that `rollover` holds for; the rotary axes of the machine without limits of travel
+    /// when left out.
     pub(crate) rollover_axes: Option<Vec<String>>,
     /// `DC()`, `ACP()` and `ACN()` of a position outside of 0 to 359.999 degrees.
     pub(crate) outside_modulo: Option<OutsideModulo>,
@@ -36,15 +37,16 @@ pub(crate) struct ParametersFile {
     pub(crate) return_level: Option<ReturnLevel>,
     /// What the angles A2= B2= C2= are before ORIEULER or ORIRPY.
     pub(crate) orientation_angles: Option<OrientationAngles>,
-    /// Letter of the rotary axis whose angle DIR of CYCLE800, SEQ of PLANE and the choice of G53.1 refer to; the rotary axis nearest
-    /// to the tool when left out.
+    /// Letter of the rotary axis whose angle DIR of CYCLE800, SEQ of PLANE and the choice of G53.1 refer to;
+    /// the rotary axis nearest to the tool when left out.
     pub(crate) tilt_reference: Option<String>,
     /// Of two positions of the rotary axes on a tilted plane, the one that is taken where the program does not choose.
     pub(crate) tilt_solution: Option<TiltSolution>,
-    /// How far corners may be rounded under G64 without P, mm; without the key as far as the acceleration of the axes needs.
+    /// How far corners may be rounded under G64 without P, mm; without the key as far as the acceleration of
+    /// the axes needs.
     pub(crate) g64_tolerance_mm: Option<f64>,
-    /// Tool radius offsets in the memory of the control, by their D number, mm. A number that is left out is that of the tool with
-    /// this number.
+    /// Tool radius offsets in the memory of the control, by their D number, mm. A number that is left out is
+    /// that of the tool with this number.
     #[serde(default)]
     pub(crate) radius_offset_mm: BTreeMap<String, f64>,
 }

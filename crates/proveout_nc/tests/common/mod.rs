@@ -67,8 +67,8 @@ fn joined(a: &[(&Op, Option<Feed>)], b: &[(&Op, Option<Feed>)]) -> Vec<(Op, Opti
     list
 }
 
-/// Axes that one program knows and the other does not are compared where they are programmed: knowledge about an axis at
-/// rest is no motion.
+/// Axes that one program knows and the other does not are compared where they are programmed: knowledge about
+/// an axis at rest is no motion.
 fn near(a: &AxisValues, b: &AxisValues, programmed: u16, length: f64, text: &str) {
     for axis in 0..9 {
         let (Some(a), Some(b)) = (a.get(axis), b.get(axis)) else { continue };

@@ -98,7 +98,8 @@ fn turns(read: &Read) -> Vec<f64> {
 
 #[test]
 fn near_tangent_corners_leave_no_spikes_and_no_crumbs() {
-    // Two blocks of 20 mm length that meet in the origin at a small angle: lines, and arcs of 30 mm that bend either way.
+    // Two blocks of 20 mm length that meet in the origin at a small angle: lines, and arcs of 30 mm that bend
+    // either way.
     let angles = [0.0, 1e-9, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 4e-3, 0.01, 0.02, 0.05];
     for (w, side, first, second) in angles.iter().flat_map(|w| {
         let signs = [1.0, -1.0];
@@ -136,8 +137,9 @@ fn near_tangent_corners_leave_no_spikes_and_no_crumbs() {
                 }
                 assert!(kinds(&read).is_empty(), "{w} {side} {first} {second} {dialect:?} {read:?}");
                 let inner = &read.pieces[1..read.pieces.len() - 1];
-                // Pieces of their own only where the tool would swerve by 1e-5 mm without them: one arc, or two lines of half
-                // its length. The path never turns by more than the corner and what the equidistants bend beside it.
+                // Pieces of their own only where the tool would swerve by 1e-5 mm without them: one arc, or
+                // two lines of half its length. The path never turns by more than the corner and what the
+                // equidistants bend beside it.
                 let shortest = inner.iter().map(|(_, s)| s.length()).fold(f64::INFINITY, f64::min);
                 assert!(
                     shortest > 0.49 * (8e-5 * radius).sqrt(),
@@ -273,8 +275,8 @@ fn a_pocket_begun_in_its_corner_cuts_its_first_side() {
 
 #[test]
 fn an_entry_along_the_contour_cuts_its_start() {
-    // From 10 mm before the start, on the line of the contour, the tool of 5 mm comes to its place beside the start: nearest
-    // to the start where the way is square to it, at 10 sin(atan(5 / 10)).
+    // From 10 mm before the start, on the line of the contour, the tool of 5 mm comes to its place beside the
+    // start: nearest to the start where the way is square to it, at 10 sin(atan(5 / 10)).
     let depth = 5.0 - 10.0 * 0.5f64.atan().sin();
     let blocks = vec![Block::Line([40.0, 0.0])];
     for dialect in DIALECTS.into_iter().filter(|d| *d != Dialect::LinuxCnc) {
@@ -291,7 +293,8 @@ fn an_entry_along_the_contour_cuts_its_start() {
 #[test]
 fn heights_and_rapid_motions_are_distinguished() {
     let form = Form::plain(Dialect::Siemens840d);
-    // Along a wall, and back along a second one that is 6 mm from the first, by way of `side` at X30: a slot open on both ends.
+    // Along a wall, and back along a second one that is 6 mm from the first, by way of `side` at X30: a slot
+    // open on both ends.
     let slot = |side: &str, back: &str| {
         format!(
             "G17 G90 T1 M6 D1 F1000\nG0 X-20 Y3 Z-5\nG41 G1 X-10 Y0\nX30\nX60\nX90\n{side}\nX60 {back}\nX30\nX-10\nG40 X-20 Y3\nM30\n"

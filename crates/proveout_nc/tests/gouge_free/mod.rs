@@ -1,8 +1,9 @@
-//! The compensated path never enters its contour without a word: random contours in all languages, judged by distances that
-//! share no code with the crate; and known contours one by one.
+//! The compensated path never enters its contour without a word: random contours in all languages, judged by
+//! distances that share no code with the crate; and known contours one by one.
 //!
-//! 10,000 contours with `PROVEOUT_CASES=10000`, a hundredth by default. [`random::wild`] and [`random::legal`] say which
-//! corners they visit, and the counts are printed with the shares of what was taken and refused (`--nocapture`).
+//! 10,000 contours with `PROVEOUT_CASES=10000`, a hundredth by default. [`random::wild`] and
+//! [`random::legal`] say which corners they visit, and the counts are printed with the shares of what was
+//! taken and refused (`--nocapture`).
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test fails by panic, and prints its shares")]
 
@@ -114,7 +115,8 @@ fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> 
         let p = piece.at(0.5);
         let (s, near) = wall.nearest(p);
         let (q, heading) = (wall.at(s), wall.heading(s));
-        // An equidistant of its block; the lines of a corner, which have the number of the block behind it, keep other distances.
+        // An equidistant of its block; the lines of a corner, which have the number of the block behind it,
+        // keep other distances.
         if s > 0.0 && s < 1.0 && (near - c.radius).abs() < 1e-6 && piece.length() > 1e-6 {
             let across = heading[0] * (p[1] - q[1]) - heading[1] * (p[0] - q[0]);
             assert!(
@@ -127,9 +129,9 @@ fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> 
     read.overcuts.iter().map(|(_, overcut)| overcut.kind).collect()
 }
 
-/// Whether the tool touches every block along one part of it, and is kept off the rest by its neighbors only, which it then
-/// touches inside: all corners have a place where the equidistants meet. By tool positions beside points of the blocks.
-/// False as well where that is not told so easily: near a reversal.
+/// Whether the tool touches every block along one part of it, and is kept off the rest by its neighbors only,
+/// which it then touches inside: all corners have a place where the equidistants meet. By tool positions
+/// beside points of the blocks. False as well where that is not told so easily: near a reversal.
 fn surely_fits(form: &Form, c: &Contour, walls: &[(u32, Shape)]) -> bool {
     const POINTS: usize = 200;
     let offset = if c.left == form.mirrored { -c.radius } else { c.radius };

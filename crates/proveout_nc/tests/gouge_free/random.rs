@@ -86,9 +86,10 @@ impl Chain {
     }
 }
 
-/// A chain of any lines and arcs: corners of all angles, near-tangent ones of 1e-9 to 0.05 radian, cusps, reversals, arcs
-/// about as large as the tool, tiny blocks, full circles. It may cross itself, and be narrower than the tool anywhere. In
-/// three of four, inside corners and inside arcs that are too small are rare, so that the tool often fits.
+/// A chain of any lines and arcs: corners of all angles, near-tangent ones of 1e-9 to 0.05 radian, cusps,
+/// reversals, arcs about as large as the tool, tiny blocks, full circles. It may cross itself, and be
+/// narrower than the tool anywhere. In three of four, inside corners and inside arcs that are too small are
+/// rare, so that the tool often fits.
 pub(crate) fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits) -> Contour {
     let radius = random.scale(0.1, 10.0);
     let left = random.chance(0.5);
@@ -183,8 +184,9 @@ pub(crate) fn wild(random: &mut Random, full_circles: bool, visits: &mut Visits)
     finish(random, chain, start, first_heading, left, radius)
 }
 
-/// A chain that runs to the right within 60 degrees of the first axis, with the tool above or below: lines of four tool
-/// radii at least, inside arcs of 1.5 radii at least, corners between lines, near-tangent ones anywhere. The tool fits everywhere.
+/// A chain that runs to the right within 60 degrees of the first axis, with the tool above or below: lines of
+/// four tool radii at least, inside arcs of 1.5 radii at least, corners between lines, near-tangent ones
+/// anywhere. The tool fits everywhere.
 pub(crate) fn legal(random: &mut Random, visits: &mut Visits) -> Contour {
     const STEEP: f64 = PI / 3.0;
     let radius = random.scale(0.1, 10.0);

@@ -66,8 +66,8 @@ impl Shape {
     }
 }
 
-/// Least distance of two pieces, and the parameter on the first where it is: points not farther apart than `step`, and a
-/// golden section about each local minimum that lies below `limit`.
+/// Least distance of two pieces, and the parameter on the first where it is: points not farther apart than
+/// `step`, and a golden section about each local minimum that lies below `limit`.
 pub(crate) fn distance(a: &Shape, b: &Shape, step: f64, limit: f64) -> (f64, f64) {
     let n = ((a.length() / step).ceil() as usize).clamp(8, 20_000);
     let of = |s: f64| b.nearest(a.at(s)).1;

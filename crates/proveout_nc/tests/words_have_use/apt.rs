@@ -88,7 +88,8 @@ fn put(block: &str, word: &str) -> String {
 }
 
 fn nothing_new(block: &str, word: &str) -> bool {
-    // Words that say what holds: the spindle counts in revolutions a minute, coolant ON is flood, a tool has its own offset.
+    // Words that say what holds: the spindle counts in revolutions a minute, coolant ON is flood, a tool has
+    // its own offset.
     let first = block.lines().next().unwrap_or_default();
     first.contains(word)
         || matches!(

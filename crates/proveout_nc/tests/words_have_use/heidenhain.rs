@@ -79,7 +79,8 @@ fn nothing_new(block: &str, word: &str) -> bool {
     let path = block.lines().last().unwrap_or_default();
     // Rapid traverse that a block without a path has no use for is told once, with the block that has it.
     let twice = path.split_whitespace().any(|own| own == word);
-    // A feed beside the words of a block that brings its own; FAUTO is the feed of TOOL CALL, which holds where none follows.
+    // A feed beside the words of a block that brings its own; FAUTO is the feed of TOOL CALL, which holds
+    // where none follows.
     twice || word == "R0" || word == "FAUTO" && path.starts_with("CYCL CALL")
 }
 

@@ -1,4 +1,5 @@
-//! Every word that a language knows, in every kind of its blocks: the block uses it, refuses it by name, or tells it in a note.
+//! Every word that a language knows, in every kind of its blocks: the block uses it, refuses it by name, or
+//! tells it in a note.
 //!
 //! ```text
 //!   before      block                 behind
@@ -6,8 +7,8 @@
 //!   ...         G1 X10  + one word    ...        a fault, or commands other than A
 //! ```
 //!
-//! What stands behind the block depends on all that a block can leave in force (feed, pole, plane, compensation), so that a word that
-//! acts later is seen there.
+//! What stands behind the block depends on all that a block can leave in force (feed, pole, plane,
+//! compensation), so that a word that acts later is seen there.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

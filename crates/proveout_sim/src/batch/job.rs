@@ -236,7 +236,8 @@ impl JobVerdict {
         Self { schema_version: SCHEMA_VERSION, job: job.name.clone(), verdict: State::Unchecked, setups: Vec::new() }
     }
 
-    /// Name of the setup that keeps another one from being run: the one that it comes after has failed or was not run itself.
+    /// Name of the setup that keeps another one from being run: the one that it comes after has failed or was
+    /// not run itself.
     pub fn blocked(&self, job: &Job, setup: &Setup) -> Option<String> {
         let before = setup.after?;
         let ok = self.setups.get(before).is_some_and(|s| matches!(s.verdict, Some(State::Pass | State::Unchecked)));

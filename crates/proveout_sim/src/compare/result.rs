@@ -33,7 +33,8 @@ pub struct Comparison {
     pub experiment: String,
     /// Name of the machine of the baseline.
     pub machine: String,
-    /// Limits of joints that the scene sets in place of the machine's own, for all programs; each once for every machine.
+    /// Limits of joints that the scene sets in place of the machine's own, for all programs; each once for
+    /// every machine.
     #[serde(default)]
     pub joint_limits: Vec<ChangedLimit>,
     /// Program that the others are compared with.
@@ -49,8 +50,8 @@ pub struct Comparison {
     pub motion_only: bool,
     /// Programs in the order of the scene.
     pub order: Vec<String>,
-    /// All programs pass, all criteria, and every published value with a band lies in it: fail if one fails, else unchecked if
-    /// one is unchecked.
+    /// All programs pass, all criteria, and every published value with a band lies in it: fail if one fails,
+    /// else unchecked if one is unchecked.
     pub verdict: State,
     /// The programs by name.
     pub programs: BTreeMap<String, ProgramFigures>,
@@ -58,8 +59,8 @@ pub struct Comparison {
     pub gains: BTreeMap<String, Gain>,
     /// The twin with one parameter changed.
     pub variations: Vec<Variation>,
-    /// The twin with the limits of the machine itself in place of those that the scene sets; null where it sets none. It is another
-    /// twin: its gains are in no error.
+    /// The twin with the limits of the machine itself in place of those that the scene sets; null where it
+    /// sets none. It is another twin: its gains are in no error.
     #[serde(default)]
     pub own_limits: Option<Variation>,
     /// What the experiment leaves open, and what it does to the published values; null where the scene lists nothing.
@@ -104,8 +105,8 @@ impl Comparison {
         (!groups.is_empty()).then(|| groups.join(", "))
     }
 
-    /// Time of the cutting stretch that a program saves on the machine with its own limits, percent; none where the scene sets no
-    /// limit.
+    /// Time of the cutting stretch that a program saves on the machine with its own limits, percent; none
+    /// where the scene sets no limit.
     pub fn at_own_limits(&self, program: &str) -> Option<f64> {
         self.own_limits.as_ref()?.gains.get(program)?.stretch_time_percent
     }
@@ -176,7 +177,8 @@ pub struct Made {
     pub center_shift_mm: Option<f64>,
     /// What the method reports of its work, for the first run that was re-planned.
     pub figures: Vec<StudyFigure>,
-    /// What it saves of the stretch of that run over the velocity limit of each joint, falling; empty where no limit binds.
+    /// What it saves of the stretch of that run over the velocity limit of each joint, falling; empty where
+    /// no limit binds.
     #[serde(default)]
     pub over_velocity: Vec<GainAtLimit>,
 }
@@ -236,7 +238,8 @@ pub struct Depth {
     pub most_um: f64,
 }
 
-/// What a program asks of all rotary joints together at its programmed feed: roots of sums of squares, degrees and seconds.
+/// What a program asks of all rotary joints together at its programmed feed: roots of sums of squares,
+/// degrees and seconds.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RotaryDemand {
     /// Largest speed.
@@ -270,7 +273,8 @@ pub struct StretchAxis {
     pub demand_acceleration: Option<f64>,
 }
 
-/// Cut part of a program less that of the baseline, at the vertices of the baseline's cut part where the design is judged.
+/// Cut part of a program less that of the baseline, at the vertices of the baseline's cut part where the
+/// design is judged.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Difference {
     /// Places compared.
@@ -443,8 +447,8 @@ pub struct Published {
     pub value: Option<f64>,
     /// From where to where it counts as reproduced; null when the scene sets no band.
     pub band: Option<[f64; 2]>,
-    /// Reproduced, where the scene lists choices; else our value lies in the band. Unchecked without a band or a value, and where it is
-    /// possible only.
+    /// Reproduced, where the scene lists choices; else our value lies in the band. Unchecked without a band
+    /// or a value, and where it is possible only.
     pub state: State,
     /// The same quantity of the null program; null where there is none, or for the null program itself.
     #[serde(default)]

@@ -25,8 +25,9 @@ pub enum NoneFile {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GatesFile {
-    /// Gates that are not asked: `surface` where the scene has no tolerance of the surface (also when this is left out; with an empty list the gate
-    /// stays unchecked), `gouge` and `excess` with `design = "none"`. A gate that a tolerance or a design asks is refused here.
+    /// Gates that are not asked: `surface` where the scene has no tolerance of the surface (also when this is
+    /// left out; with an empty list the gate stays unchecked), `gouge` and `excess` with `design = "none"`. A
+    /// gate that a tolerance or a design asks is refused here.
     #[schemars(with = "Option<Vec<String>>")]
     pub not_asked: Option<Vec<Spanned<String>>>,
 }

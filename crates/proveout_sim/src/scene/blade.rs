@@ -5,8 +5,8 @@ use proveout_geom::rad;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// A blade along +X of the workpiece frame, or a face. Kind `camber`: circles on a circular camber line, stacked on their centroid, on a platform
-/// whose top face is X = 0.
+/// A blade along +X of the workpiece frame, or a face. Kind `camber`: circles on a circular camber line,
+/// stacked on their centroid, on a platform whose top face is X = 0.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BladeFile {
@@ -150,8 +150,8 @@ pub struct PlatformFile {
 }
 
 impl BladeFile {
-    /// A key that its kind needs and that is left out, or that it does not read: what is wrong, and what to write. `sections`: whether the part names
-    /// a file of sections.
+    /// A key that its kind needs and that is left out, or that it does not read: what is wrong, and what to
+    /// write. `sections`: whether the part names a file of sections.
     pub(crate) fn fault(&self, sections: bool) -> Option<(String, String)> {
         let kind = self.kind;
         let camber = [

@@ -287,7 +287,8 @@ pub(crate) fn limit_machine(machine: &mut Machine, values: &[(&str, ChoiceValueF
     Ok(())
 }
 
-/// Gives the drive of a joint, or those of a platform's legs, another gain; none where there is no such drive, or it is no gain.
+/// Gives the drive of a joint, or those of a platform's legs, another gain; none where there is no such
+/// drive, or it is no gain.
 fn set_gain(machine: &mut Machine, name: &str, gain: f64) -> Option<()> {
     if !(gain > 0.0 && gain.is_finite()) {
         return None;

@@ -27,7 +27,8 @@ pub struct CompareFile {
     pub run_ends_s: f64,
     /// Part of the cutting stretch that the plots show closely, s of programmed feed from its begin.
     pub shown_s: Option<[f64; 2]>,
-    /// Programs whose own verdict counts; all when left out. An original that shows the fault of which a method frees it does not pass.
+    /// Programs whose own verdict counts; all when left out. An original that shows the fault of which a
+    /// method frees it does not pass.
     pub must_pass: Option<Vec<String>>,
     /// Looks at the motion of the programs alone: nothing is cut, and every gate is unchecked.
     #[serde(default)]
@@ -214,7 +215,8 @@ pub enum QuantityFile {
     Range,
     /// Largest distance of the tip from its chord if the joints run straight from block to block, micrometer.
     StraightJointsTip,
-    /// Largest motion of the linear joints that comes from turning alone, for each mm of the tip's path: concomitant motion, mm/mm.
+    /// Largest motion of the linear joints that comes from turning alone, for each mm of the tip's path:
+    /// concomitant motion, mm/mm.
     FromTurning,
     /// Mean depth of a ball below the raw blade over the cutting stretch, micrometer.
     DepthMean,

@@ -36,8 +36,9 @@ pub enum PlantFile {
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControlFile {
-    /// Control file that says what words of the programs mean: the name of a built-in one (fanuc-30i), or a path from the folder of
-    /// the scene; otherwise that of the machine. Programs in another language are read without it.
+    /// Control file that says what words of the programs mean: the name of a built-in one (fanuc-30i), or a
+    /// path from the folder of the scene; otherwise that of the machine. Programs in another language are
+    /// read without it.
     pub file: Option<String>,
     /// Which motion cuts the stock.
     #[serde(default)]
@@ -47,7 +48,8 @@ pub struct ControlFile {
     pub plant: PlantFile,
     /// Corner tolerance where the program sets none, mm; otherwise as the machine says.
     pub path_tolerance_mm: Option<f64>,
-    /// By how much the pieces of motion that cut may leave the true motion at the cutting edges, mm; 0.0005 when left out.
+    /// By how much the pieces of motion that cut may leave the true motion at the cutting edges, mm; 0.0005
+    /// when left out.
     #[schemars(with = "Option<f64>")]
     pub piece_tolerance_mm: Option<Spanned<f64>>,
     /// Cone about a pole of the rotary axes, 0 to 5 degrees: a great circle of the tool axis that

@@ -52,8 +52,8 @@ pub struct ChangedLimit {
 /// Lowers the limits of a machine to those of the scene, and returns what was changed.
 ///
 /// # Errors
-/// A joint that the machine does not have, a number in the unit of the other kind of joint, not above zero, or above the
-/// limit of the machine.
+/// A joint that the machine does not have, a number in the unit of the other kind of joint, not above zero,
+/// or above the limit of the machine.
 pub(crate) fn limit_joints(scene: &Scene, machine: &mut Machine) -> Result<Vec<ChangedLimit>, InputError> {
     let mut changed = Vec::new();
     for (name, limits) in &scene.file.control.joint_limits {

@@ -65,7 +65,8 @@ impl MeshUnitFile {
 
 /// No fixture and no workpiece is smaller than this in all directions, mm.
 const LEAST_MM: f64 = 1.0;
-/// A fixture is no smaller than this, mm, and this part of the stock: a clamp of 150 mm in inches is. Pins that are can be stated.
+/// A fixture is no smaller than this, mm, and this part of the stock: a clamp of 150 mm in inches is. Pins
+/// that are can be stated.
 const LEAST_FIXTURE_MM: f64 = 6.0;
 const LEAST_FIXTURE: f64 = 1.0 / 4.0;
 /// A fixture smaller than this part of the stock, and away from it, may be in another unit.
@@ -271,7 +272,8 @@ pub(crate) fn check_stock(scene: &Scene, stock: &Aabb, cuts: &Aabb) -> Result<()
     }
 }
 
-/// Refuses a machine whose model is far smaller or larger than its travel: glTF counts in meters, and a model in other units is none.
+/// Refuses a machine whose model is far smaller or larger than its travel: glTF counts in meters, and a model
+/// in other units is none.
 ///
 /// # Errors
 /// Both sizes, with the file of the machine.

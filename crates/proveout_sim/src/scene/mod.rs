@@ -120,8 +120,8 @@ pub struct SceneFile {
     /// Fixtures and platforms.
     #[serde(default)]
     pub fixture: Vec<FixtureFile>,
-    /// `"none"`: nothing holds the part, and `workholding_reason` says why. Without this and without `[[fixture]]` the gates `collision` and
-    /// `near_miss` are unchecked.
+    /// `"none"`: nothing holds the part, and `workholding_reason` says why. Without this and without
+    /// `[[fixture]]` the gates `collision` and `near_miss` are unchecked.
     pub workholding: Option<NoneFile>,
     /// Why the scene has no workholding; gate, report and setup sheet show it.
     pub workholding_reason: Option<String>,
@@ -157,8 +157,8 @@ pub struct SceneFile {
     pub plan: Option<PlanFile>,
     /// How `proveout compare` compares its programs.
     pub compare: Option<CompareFile>,
-    /// Engagement of the cutter for every block in `blocks.parquet`: axial depth, radial width, entry and exit angle, chip
-    /// thickness. Costs time in the removal.
+    /// Engagement of the cutter for every block in `blocks.parquet`: axial depth, radial width, entry and
+    /// exit angle, chip thickness. Costs time in the removal.
     #[serde(default)]
     pub engagement: bool,
 }

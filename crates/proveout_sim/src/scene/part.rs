@@ -22,9 +22,9 @@ pub struct PartFile {
     /// Watertight mesh file in the workpiece frame, mm.
     #[schemars(with = "Option<PathBuf>")]
     pub mesh: Option<Spanned<PathBuf>>,
-    /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`. Millimeters when left out; a design
-    /// that cannot be cut from the stock is refused then.
-    /// Say `mm` where the size is meant.
+    /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`.
+    /// Millimeters when left out; a design that cannot be cut from the stock is refused then. Say `mm` where
+    /// the size is meant.
     pub mesh_unit: Option<MeshUnitFile>,
     /// Largest distance of the mesh from the true design, mm: deviations below it are not judged.
     #[serde(default)]

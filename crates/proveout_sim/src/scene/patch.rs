@@ -15,9 +15,10 @@ const LONGEST_NAME: usize = 40;
 
 /// A box in which the stock has finer cells: `[[stock.patch]]`.
 ///
-/// In the box, deviations, scallops, gouge and excess findings, the inspection plan, pictures and `surface.parquet` take the
-/// surface from the fine cells, outside from those of the stock. Volume, engagement, process, collision and near-miss gates are
-/// judged on the stock itself. Choose faces that run through air or through material, not along a face of the part.
+/// In the box, deviations, scallops, gouge and excess findings, the inspection plan, pictures and
+/// `surface.parquet` take the surface from the fine cells, outside from those of the stock. Volume,
+/// engagement, process, collision and near-miss gates are judged on the stock itself. Choose faces that run
+/// through air or through material, not along a face of the part.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatchFile {
@@ -28,8 +29,8 @@ pub struct PatchFile {
     pub min_mm: [f64; 3],
     /// Largest coordinates. Boxes may touch but not overlap; what reaches out of the stock is left out.
     pub max_mm: [f64; 3],
-    /// Distance of neighboring rays, mm: one for all, or along x, y and z. No edge may be longer than that of the stock, and one
-    /// must be shorter.
+    /// Distance of neighboring rays, mm: one for all, or along x, y and z. No edge may be longer than that of
+    /// the stock, and one must be shorter.
     pub cell_mm: ResolutionFile,
 }
 

@@ -267,7 +267,8 @@ pub struct PathFile {
     pub timed_by: TimedByFile,
     /// Machine that the program is for, where it is not the scene's.
     pub machine: Option<PathBuf>,
-    /// What the program holds; when left out, tool vectors where the control of the machine has tool center point control.
+    /// What the program holds; when left out, tool vectors where the control of the machine has tool center
+    /// point control.
     pub posted: Option<PostedFile>,
     /// Word of the work offset.
     pub work_offset: String,
@@ -277,12 +278,14 @@ pub struct PathFile {
     pub axis: AxisFile,
     /// Way along the normal at feed before and after a line, mm.
     pub lift_mm: f64,
-    /// Distance of rapids from the outermost point of the blade, mm: on a cylinder round a closed blade, on a plane over a face.
+    /// Distance of rapids from the outermost point of the blade, mm: on a cylinder round a closed blade, on a
+    /// plane over a face.
     pub clearance_mm: f64,
     /// Material left on the blade, mm.
     #[serde(default)]
     pub allowance_mm: f64,
-    /// Largest distance between the surface and what the straight motion between two blocks leaves, mm. Either this or `step_mm`.
+    /// Largest distance between the surface and what the straight motion between two blocks leaves, mm.
+    /// Either this or `step_mm`.
     pub chord_error_mm: Option<f64>,
     /// With `chord_error_mm`: longest step, mm; 5 when left out.
     pub longest_step_mm: Option<f64>,
@@ -290,10 +293,11 @@ pub struct PathFile {
     pub step_mm: Option<f64>,
     /// Height that ridges between lines may have, mm. Either this or the lines.
     pub scallop_mm: Option<f64>,
-    /// The lines by their parameter: part of the section (`iso-parametric`), of the blade's length (`transverse`, `point-roughing`), of the
-    /// field (`pocket`).
+    /// The lines by their parameter: part of the section (`iso-parametric`), of the blade's length
+    /// (`transverse`, `point-roughing`), of the field (`pocket`).
     pub lines: Option<Vec<f64>>,
-    /// The lines by their polar angle, degrees: 0 the trailing edge, 180 the leading edge, the convex side between them.
+    /// The lines by their polar angle, degrees: 0 the trailing edge, 180 the leading edge, the convex side
+    /// between them.
     pub lines_deg: Option<Vec<f64>>,
     /// The planes by their distance from the origin along `normal`, mm.
     pub lines_mm: Option<Vec<f64>>,

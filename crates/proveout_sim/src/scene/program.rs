@@ -39,8 +39,9 @@ pub struct ProgramFile {
     pub mount: Option<Mount>,
     /// Dynamics for this program, where they are not the scene's.
     pub dynamics: Option<DynamicsFile>,
-    /// The block-skip switch: `on` leaves out the blocks that a `/` begins, whatever its level, `off` runs them, `both` runs the program either
-    /// way and judges each gate by the worse. When left out, and no control file says it, such blocks are run and the gate `program` is unchecked.
+    /// The block-skip switch: `on` leaves out the blocks that a `/` begins, whatever its level, `off` runs
+    /// them, `both` runs the program either way and judges each gate by the worse. When left out, and no
+    /// control file says it, such blocks are run and the gate `program` is unchecked.
     pub block_skip: Option<SwitchFile>,
     /// The switch of the optional stop M1: `off` passes it, `on` stops there, and the spindle with
     /// it until the next M3 or M4, `both` runs the program either way. When left out, a program

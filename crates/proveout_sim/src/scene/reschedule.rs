@@ -27,9 +27,11 @@ pub struct RescheduleFile {
     pub method: MethodFile,
     /// Name of the program that it starts from.
     pub from: String,
-    /// `s-theta`, `smooth`: clearance from both limits, degrees. `quaternion`: of the channel that is shown; it changes no axis.
+    /// `s-theta`, `smooth`: clearance from both limits, degrees. `quaternion`: of the channel that is shown;
+    /// it changes no axis.
     pub clearance_deg: Option<f64>,
-    /// `s-theta`: distance of key points from the limits, degrees; or `search` for the one with the least peak of acceleration at the programmed feed.
+    /// `s-theta`: distance of key points from the limits, degrees; or `search` for the one with the least
+    /// peak of acceleration at the programmed feed.
     pub inset_deg: Option<InsetFile>,
     /// `s-theta`: shortest flat at the start of a layer, mm.
     pub start_flat_mm: Option<f64>,
@@ -65,7 +67,8 @@ pub struct RescheduleFile {
     pub ra_um: Option<f64>,
     /// `multi-scale`, `smooth` of rows: evaluation length of Ra, mm.
     pub evaluation_length_mm: Option<f64>,
-    /// `multi-scale`, `smooth` of rows: way at both ends of a row that is not judged while its first and last axis stay, mm.
+    /// `multi-scale`, `smooth` of rows: way at both ends of a row that is not judged while its first and last
+    /// axis stay, mm.
     pub run_in_mm: Option<f64>,
     /// `multi-scale`: how far inside of its interval a contact is fixed, degrees.
     pub margin_deg: Option<f64>,

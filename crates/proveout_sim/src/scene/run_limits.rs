@@ -9,10 +9,11 @@ use serde::Deserialize;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RunLimitsFile {
-    /// Simulated time at which a program is ended with the finding `program-stopped`, s; 360000 (a hundred hours) when left out.
+    /// Simulated time at which a program is ended with the finding `program-stopped`, s; 360000 (a hundred
+    /// hours) when left out.
     pub simulated_time_s: Option<f64>,
-    /// Blocks, those of loops and subprograms counted each time, after which a program is refused; ten million when left out. Loops
-    /// may jump back a fifth as often.
+    /// Blocks, those of loops and subprograms counted each time, after which a program is refused; ten
+    /// million when left out. Loops may jump back a fifth as often.
     #[schemars(range(min = 1))]
     pub blocks: Option<u32>,
 }

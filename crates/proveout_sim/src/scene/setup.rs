@@ -47,9 +47,9 @@ pub struct FixtureFile {
     /// Mesh file, mm.
     #[schemars(with = "Option<PathBuf>")]
     pub mesh: Option<Spanned<PathBuf>>,
-    /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`. Millimeters when left out; a mesh
-    /// that cannot be a fixture of the stock is refused then.
-    /// Say `mm` where the size is meant.
+    /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`.
+    /// Millimeters when left out; a mesh that cannot be a fixture of the stock is refused then. Say `mm`
+    /// where the size is meant.
     pub mesh_unit: Option<MeshUnitFile>,
     /// Block.
     #[serde(rename = "box")]
@@ -58,8 +58,9 @@ pub struct FixtureFile {
     pub cylinder: Option<CylinderFile>,
     /// A fixture by its dimensions: each kind needs its own ones, and refuses those of others.
     pub kind: Option<FixtureKindFile>,
-    /// Of a kind, its place: `vise` middle between the jaws at their upper edge, `plate` middle of the upper face, `chuck` middle of the front
-    /// face, `tombstone` middle of the foot, `toe-clamp` on the edge of the part, under the toe.
+    /// Of a kind, its place: `vise` middle between the jaws at their upper edge, `plate` middle of the upper
+    /// face, `chuck` middle of the front face, `tombstone` middle of the foot, `toe-clamp` on the edge of the
+    /// part, under the toe.
     pub at_mm: Option<[f64; 3]>,
     /// Of a kind, its turns at that place about the fixed x, y and z axes, in this order; none when left out.
     pub rotation_deg: Option<[f64; 3]>,

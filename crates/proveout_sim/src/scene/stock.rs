@@ -42,30 +42,33 @@ pub struct StockFile {
     /// Watertight mesh file, mm.
     #[schemars(with = "Option<PathBuf>")]
     pub mesh: Option<Spanned<PathBuf>>,
-    /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`. Millimeters when left out; a mesh far
-    /// smaller than the cuts is refused then.
-    /// Say `mm` where the size is meant.
+    /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`.
+    /// Millimeters when left out; a mesh far smaller than the cuts is refused then. Say `mm` where the size
+    /// is meant.
     pub mesh_unit: Option<MeshUnitFile>,
     /// The blade of `[part.blade]` with so much more material on its sides, mm.
     pub blade_allowance_mm: Option<f64>,
-    /// What an earlier run left: its folder, or the `stock.dexel` in it. Taken over exactly where the cells stay and `place`
-    /// turns by right angles only; re-gridded otherwise, with `removal.regrid_bound_mm` in the verdict.
+    /// What an earlier run left: its folder, or the `stock.dexel` in it. Taken over exactly where the cells
+    /// stay and `place` turns by right angles only; re-gridded otherwise, with `removal.regrid_bound_mm` in
+    /// the verdict.
     pub from_run: Option<PathBuf>,
     /// Workpiece frame of the earlier run in that of this scene; the same when left out. Only with `from_run`.
     pub place: Option<Mount>,
-    /// The stock as it stood at this time of the earlier run, s, after the last motion that had ended; at its end when left
-    /// out. The earlier run must have kept its `history`.
+    /// The stock as it stood at this time of the earlier run, s, after the last motion that had ended; at its
+    /// end when left out. The earlier run must have kept its `history`.
     pub at_time_s: Option<f64>,
-    /// Remembers what every motion has changed, so that the stock at any time can be had from `stock.dexel`. Takes about 28
-    /// bytes for each interval that a motion removes from a ray; given up, with a note, above 2 GiB.
+    /// Remembers what every motion has changed, so that the stock at any time can be had from `stock.dexel`.
+    /// Takes about 28 bytes for each interval that a motion removes from a ray; given up, with a note, above
+    /// 2 GiB.
     #[serde(default)]
     pub history: bool,
-    /// Intervals of material that a ray will hold, as a mean over all rays, for the memory that is announced. Counted on the raw
-    /// stock and the design when left out; parts with many fins or ribs cut from the full may need more.
+    /// Intervals of material that a ray will hold, as a mean over all rays, for the memory that is announced.
+    /// Counted on the raw stock and the design when left out; parts with many fins or ribs cut from the full
+    /// may need more.
     #[schemars(with = "Option<f64>")]
     pub intervals_per_ray: Option<Spanned<f64>>,
-    /// Mends a `mesh` that is inside out or whose shells cross: faces are turned, and the union of the shells counts. Without it
-    /// such a mesh is refused. A mesh with holes is refused in any case.
+    /// Mends a `mesh` that is inside out or whose shells cross: faces are turned, and the union of the shells
+    /// counts. Without it such a mesh is refused. A mesh with holes is refused in any case.
     #[serde(default)]
     pub repair: bool,
     /// Boxes in which the surface is wanted finer. Motions, findings and volumes are judged on the stock itself.

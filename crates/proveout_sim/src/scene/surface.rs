@@ -86,8 +86,8 @@ pub struct SurfaceFile {
     /// Definitions of the profile parameters.
     #[serde(default)]
     pub standard: ProfileStandardFile,
-    /// Setting class to begin with, of profiles and of the L-filter of patches: Sc3 when left out. Where the marks lie farther apart than
-    /// its cut-off, the next class is taken, and said to be.
+    /// Setting class to begin with, of profiles and of the L-filter of patches: Sc3 when left out. Where the
+    /// marks lie farther apart than its cut-off, the next class is taken, and said to be.
     pub class: Option<SettingClassFile>,
     /// Profiles through the middle of every patch, across and along the lay.
     #[serde(default = "default_true")]
@@ -162,8 +162,9 @@ pub struct SurfacePatchFile {
     pub step_um: Option<f64>,
 }
 
-/// Patches in rows and columns over the design: `[[surface.grid]]`. On a blade over ranges of `arc_mm` and `x_mm`, elsewhere over the
-/// parallelogram of `corner_mm`, `u_mm` and `v_mm`, whose points are projected on the design.
+/// Patches in rows and columns over the design: `[[surface.grid]]`. On a blade over ranges of `arc_mm` and
+/// `x_mm`, elsewhere over the parallelogram of `corner_mm`, `u_mm` and `v_mm`, whose points are projected on
+/// the design.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SurfaceGridFile {
@@ -222,8 +223,8 @@ pub struct SurfaceProfileFile {
 pub struct SpindlePhaseFile {
     /// The tip passes here in feed, workpiece frame, mm: the first time that it comes nearest with the spindle turning.
     pub at_mm: [f64; 3],
-    /// Azimuth of the first tooth (its lowest point) then, degrees: right-handed about the axis from tip to holder, from the feed
-    /// direction as seen along the axis; from X where the tool moves along its axis.
+    /// Azimuth of the first tooth (its lowest point) then, degrees: right-handed about the axis from tip to
+    /// holder, from the feed direction as seen along the axis; from X where the tool moves along its axis.
     pub tooth_deg: f64,
     /// Name of the tool; left out, whichever comes nearest.
     pub tool: Option<String>,

@@ -23,13 +23,15 @@ pub struct Tolerances {
     pub near_miss_mm: f64,
     /// Overlap of a body with material below this counts as touching, not as cutting.
     pub contact_mm: f64,
-    /// The 95th percentile of the scallop between the passes may be so high above the design, micrometer; not judged when left out.
+    /// The 95th percentile of the scallop between the passes may be so high above the design, micrometer; not
+    /// judged when left out.
     pub scallop_um: Option<f64>,
     /// Largest Ra of the patches and profiles of `[surface]`, across and along the lay, µm; not judged when left out.
     pub ra_um: Option<f64>,
     /// Largest Rz of the same, µm; not judged when left out.
     pub rz_um: Option<f64>,
-    /// Boxes with bounds of their own. A place in several takes that of the first one that gives the key; outside of all, the one above holds.
+    /// Boxes with bounds of their own. A place in several takes that of the first one that gives the key;
+    /// outside of all, the one above holds.
     #[schemars(with = "Vec<ToleranceRegionFile>")]
     pub region: Vec<Spanned<ToleranceRegionFile>>,
 }

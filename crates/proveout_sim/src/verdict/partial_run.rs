@@ -59,7 +59,8 @@ pub struct Stopped {
     pub line: Option<u32>,
     /// Simulated time to which motion was cut and judged, s.
     pub time_s: f64,
-    /// Time to which the control had planned ahead, s: `axes` and `path` cover the motion until then, all else that until `time_s`.
+    /// Time to which the control had planned ahead, s: `axes` and `path` cover the motion until then, all
+    /// else that until `time_s`.
     pub planned_s: f64,
 }
 

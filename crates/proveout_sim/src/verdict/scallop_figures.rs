@@ -6,10 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::units::UM_PER_MM;
 
-/// The ridges between the passes; means and percentiles are weighted by the length of the ridges, heights count from the design.
+/// The ridges between the passes; means and percentiles are weighted by the length of the ridges, heights
+/// count from the design.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Scallop {
-    /// How far a height may be off at most: the design's own error, and deviation of the pieces of motion from the path, µm.
+    /// How far a height may be off at most: the design's own error, and deviation of the pieces of motion
+    /// from the path, µm.
     pub bound_um: f64,
     /// How far the mean may be off, µm.
     pub mean_bound_um: f64,

@@ -24,8 +24,8 @@ pub enum State {
     Fail,
     /// Not checked, or not wholly; the reason says what was left out.
     Unchecked,
-    /// A question that the scene does not ask, such as roughness without a tolerance: the gate has no part in the verdict. A whole run
-    /// never has this state.
+    /// A question that the scene does not ask, such as roughness without a tolerance: the gate has no part in
+    /// the verdict. A whole run never has this state.
     NotAsked,
 }
 
@@ -80,7 +80,8 @@ pub struct Verdict {
     /// are those of the files.
     #[serde(default)]
     pub set: BTreeMap<String, String>,
-    /// The whole run: fail if one gate fails, else unchecked if one is unchecked, else pass; gates that are not asked have no part in it.
+    /// The whole run: fail if one gate fails, else unchecked if one is unchecked, else pass; gates that are
+    /// not asked have no part in it.
     pub verdict: State,
     /// The gates, in fixed order.
     pub gates: Vec<Gate>,
@@ -142,8 +143,8 @@ pub struct Time {
     /// path, whatever path it takes there, under the same feeds, velocities and accelerations of
     /// the joints, that stops where the program stops.
     pub lower_bound_s: Option<f64>,
-    /// The same for the path that is run alone, with these roundings of its corners: no controller can run it in less. Another rounding
-    /// within the tolerance may be faster.
+    /// The same for the path that is run alone, with these roundings of its corners: no controller can run it
+    /// in less. Another rounding within the tolerance may be faster.
     #[serde(default)]
     pub path_bound_s: Option<f64>,
 }
@@ -199,15 +200,17 @@ pub struct Path {
     pub length_mm: f64,
     /// Largest distance of the straight pieces from the path that they approximate, mm.
     pub max_chord_error_mm: Option<f64>,
-    /// Largest distance of the tip from the programmed path (corner rounding; following error in feed), mm: measured against the words
-    /// of the program, not against what the control made of them.
+    /// Largest distance of the tip from the programmed path (corner rounding; following error in feed), mm:
+    /// measured against the words of the program, not against what the control made of them.
     pub max_contour_error_mm: Option<f64>,
-    /// Largest angle between the tool axis and the programmed one at the same share of the block's way, degrees; likewise.
+    /// Largest angle between the tool axis and the programmed one at the same share of the block's way,
+    /// degrees; likewise.
     #[serde(default)]
     pub max_axis_error_deg: Option<f64>,
-    /// Smallest ratio of reached to programmed feed along the path that is run: where the feed falls between the ramps from and to
-    /// standstills and rapid motions, at the control samples; where a motion between them does not reach it, the most that it reaches;
-    /// and what the velocities of the joints allow in a block.
+    /// Smallest ratio of reached to programmed feed along the path that is run: where the feed falls between
+    /// the ramps from and to standstills and rapid motions, at the control samples; where a motion between
+    /// them does not reach it, the most that it reaches; and what the velocities of the joints allow in a
+    /// block.
     pub min_feed_ratio: Option<f64>,
 }
 
@@ -230,8 +233,8 @@ pub struct Removal {
     /// Edges of the cells along x, y and z, mm.
     #[serde(default)]
     pub cells_mm: [f64; 3],
-    /// Where the stock was taken over from an earlier run into another pose or other cells: largest distance of its faces from
-    /// those that the earlier run left, mm; null where nothing was lost.
+    /// Where the stock was taken over from an earlier run into another pose or other cells: largest distance
+    /// of its faces from those that the earlier run left, mm; null where nothing was lost.
     #[serde(default)]
     pub regrid_bound_mm: Option<f64>,
     /// The same within a cell of edges and of details thinner than a cell, mm.
@@ -242,8 +245,8 @@ pub struct Removal {
     pub patches: Vec<PatchUsed>,
 }
 
-/// A patch of the stock: deviation, gouge and excess, inspection and surface inside of its box are those of its cells. Volume,
-/// process, collision and near-miss are judged on the stock.
+/// A patch of the stock: deviation, gouge and excess, inspection and surface inside of its box are those of
+/// its cells. Volume, process, collision and near-miss are judged on the stock.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PatchUsed {
     /// Name in the scene.
@@ -271,11 +274,13 @@ pub struct Deviation {
     /// `closed form of the cone`.
     #[serde(default)]
     pub against: Option<String>,
-    /// Error of that design, mm: the chord error that the scene states for a mesh, the numerical error of a closed form.
+    /// Error of that design, mm: the chord error that the scene states for a mesh, the numerical error of a
+    /// closed form.
     #[serde(default)]
     pub design_error_mm: Option<f64>,
-    /// Largest distance of the design's mesh from the design, mm: as the scene states it, or as measured where the design has a closed form.
-    /// Missing walls are looked for on rays through the mesh; null where there is none.
+    /// Largest distance of the design's mesh from the design, mm: as the scene states it, or as measured
+    /// where the design has a closed form. Missing walls are looked for on rays through the mesh; null where
+    /// there is none.
     #[serde(default)]
     pub mesh_error_mm: Option<f64>,
     /// Chord error that the scene asks of that mesh where the design has a closed form, mm; null elsewhere.
@@ -283,8 +288,8 @@ pub struct Deviation {
     pub mesh_asked_mm: Option<f64>,
     /// Deviations below this may come from the error of the design (`design_error_mm`) or the sweep bound, mm.
     pub tolerance_floor_mm: Option<f64>,
-    /// Deepest gouge, mm, as a positive number: of the points of the cut part, or of the material that is missing on a ray where that
-    /// is more (a wall that is gone counts with its thickness).
+    /// Deepest gouge, mm, as a positive number: of the points of the cut part, or of the material that is
+    /// missing on a ray where that is more (a wall that is gone counts with its thickness).
     pub gouge_max_mm: Option<f64>,
     /// Largest excess, mm.
     pub excess_max_mm: Option<f64>,
@@ -316,7 +321,8 @@ pub struct Deviation {
     /// Their volume between core and outer diameter, mm³.
     #[serde(default)]
     pub thread_volume_mm3: Option<f64>,
-    /// Sheets of material above the design by more than allowed that are no thicker than `film_thickness_mm`: they count for nothing else.
+    /// Sheets of material above the design by more than allowed that are no thicker than `film_thickness_mm`:
+    /// they count for nothing else.
     #[serde(default)]
     pub films: Option<u64>,
     /// Their volume, mm³.
@@ -325,8 +331,8 @@ pub struct Deviation {
     /// The highest of them above the design, mm; null where there is none.
     #[serde(default)]
     pub film_max_mm: Option<f64>,
-    /// A sheet that is thinner may not be there, mm: twice what each of its faces is known to (bounds of sweeps and of pieces of motion),
-    /// and at most the excess that is allowed.
+    /// A sheet that is thinner may not be there, mm: twice what each of its faces is known to (bounds of
+    /// sweeps and of pieces of motion), and at most the excess that is allowed.
     #[serde(default)]
     pub film_thickness_mm: Option<f64>,
 }
@@ -372,8 +378,8 @@ pub struct Surface {
     pub textures: Vec<TextureUsed>,
 }
 
-/// The texture of one patch or profile. Heights are those of the kinematic surface, exact for the motion; what else the process
-/// leaves is `residual`.
+/// The texture of one patch or profile. Heights are those of the kinematic surface, exact for the motion;
+/// what else the process leaves is `residual`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TextureUsed {
     /// Name in the scene.
@@ -402,14 +408,16 @@ pub struct TextureUsed {
     pub sq_um: Option<f64>,
     /// Sz, likewise.
     pub sz_um: Option<f64>,
-    /// Everything about the map: filtered and unfiltered values, standard and edition, class, cut-offs, end rule, spacing, lay.
+    /// Everything about the map: filtered and unfiltered values, standard and edition, class, cut-offs, end
+    /// rule, spacing, lay.
     pub area: Option<serde_json::Value>,
     /// Profiles.
     pub profiles: Vec<ProfileUsed>,
     /// Spread over random spindle phases; null where the phase is given or does not matter.
     pub phases: Option<PhaseSpread>,
-    /// Height of the marks along the path that teeth could leave and an envelope does not have, µm: `f^2 / 8 r` with the way `f` in one turn of
-    /// the spindle and the smallest arc `r` of the edge; 0 for a sharp corner, null where teeth are modeled.
+    /// Height of the marks along the path that teeth could leave and an envelope does not have, µm: `f^2 / 8
+    /// r` with the way `f` in one turn of the spindle and the smallest arc `r` of the edge; 0 for a sharp
+    /// corner, null where teeth are modeled.
     #[serde(default)]
     pub teeth_rz_um: Option<f64>,
     /// Error of the design that the heights are counted from, µm.
@@ -437,7 +445,8 @@ pub struct ProfileUsed {
     pub rz_um: Option<[f64; 2]>,
     /// What the profile model of Dong et al. 2023 says of it; across the lay alone, null where the model has no answer.
     pub analytic: Option<AnalyticUsed>,
-    /// Everything about it: filtered and unfiltered values, standard and edition, class, cut-offs, evaluation length, end rule, spacing.
+    /// Everything about it: filtered and unfiltered values, standard and edition, class, cut-offs, evaluation
+    /// length, end rule, spacing.
     pub report: serde_json::Value,
 }
 
@@ -508,11 +517,12 @@ pub struct BlockShare {
 /// Interference figures.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Clearance {
-    /// Least clearance of all checked pairs over the run, mm: measured at `time_s`, and the true one is nowhere less than this less
-    /// `error_mm`. Bodies against the stock count where material was seen nearer; how far else they keep away is only bounded
-    /// (`pairs`). Null when nothing was checked.
+    /// Least clearance of all checked pairs over the run, mm: measured at `time_s`, and the true one is
+    /// nowhere less than this less `error_mm`. Bodies against the stock count where material was seen nearer;
+    /// how far else they keep away is only bounded (`pairs`). Null when nothing was checked.
     pub min_mm: Option<f64>,
-    /// By how much the true least clearance may be less, mm: what the search left, the piece tolerance, what joints may be off.
+    /// By how much the true least clearance may be less, mm: what the search left, the piece tolerance, what
+    /// joints may be off.
     #[serde(default)]
     pub error_mm: Option<f64>,
     /// The two bodies.
@@ -529,8 +539,8 @@ pub struct Clearance {
     pub unchecked: Vec<UncheckedPair>,
 }
 
-/// Least clearance of one pair over the run. It is searched to a micrometer below 20 mm and where it is the smallest of all, and
-/// elsewhere to 5 percent; `error_mm` says what was reached.
+/// Least clearance of one pair over the run. It is searched to a micrometer below 20 mm and where it is the
+/// smallest of all, and elsewhere to 5 percent; `error_mm` says what was reached.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PairClearance {
     /// The two bodies; `stock` for the in-process stock.

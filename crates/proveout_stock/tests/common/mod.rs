@@ -165,8 +165,8 @@ pub fn stamp(body: &Profile, motion: &SweepMotion, x: &Point, t: f64) -> f64 {
     body.signed_distance([(y - at.axis * z).norm(), z])
 }
 
-/// Signed distance of a point from the swept body: stamps along the motion, then golden section round every low stamp until
-/// the time is known to 1e-9. Shares nothing with the sweep but the profile.
+/// Signed distance of a point from the swept body: stamps along the motion, then golden section round every
+/// low stamp until the time is known to 1e-9. Shares nothing with the sweep but the profile.
 pub fn oracle(body: &Profile, motion: &SweepMotion, x: &Point, stamps: usize) -> f64 {
     let n = stamps;
     let values: Vec<f64> = (0..=n).map(|k| stamp(body, motion, x, k as f64 / n as f64)).collect();

@@ -81,7 +81,8 @@ pub enum KeepFile {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VaryFile {
-    /// The key, as `run --set` takes it; `program` for the program of the scene, `nc` for a program text, from the folder of the sweep.
+    /// The key, as `run --set` takes it; `program` for the program of the scene, `nc` for a program text,
+    /// from the folder of the sweep.
     pub key: String,
     /// Its values. Either this or `range`.
     pub values: Option<Vec<ChoiceValueFile>>,
@@ -108,7 +109,8 @@ impl Sweep {
     /// Reads a sweep, and tries its values on the scene that it names; `path` is its folder or its file.
     ///
     /// # Errors
-    /// [`InputError`] with place and remedy for the first fault: a key that does not exist, values that nothing can have.
+    /// [`InputError`] with place and remedy for the first fault: a key that does not exist, values that
+    /// nothing can have.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let path = if path.is_dir() { path.join("sweep.toml") } else { path.to_owned() };
         let text = read_input(&path)?;

@@ -45,7 +45,8 @@ const POINT_ROUNDED: f64 = 1e-4;
 const LIMIT_PASSED: f64 = 0.001;
 /// By how much programmed times of the text may differ from those of the commands: four decimals of a feed.
 const TIME_ROUNDED: f64 = 1e-4;
-/// By how much positions may be outside of their gates, radian: eight decimals of a tool vector. `cargo xtask verify-schedule` has the same.
+/// By how much positions may be outside of their gates, radian: eight decimals of a tool vector. `cargo xtask
+/// verify-schedule` has the same.
 const PLACE_ROUNDED: f64 = 1e-4 * std::f64::consts::PI / 180.0;
 /// Part by which a time may be below its bound: rounding of two sums of many terms.
 const ROUNDING: f64 = 1e-9;
@@ -85,7 +86,8 @@ pub struct JointCertificate {
     pub acceleration_deg_s2: Option<f64>,
     /// Jerk limit; null where there is none.
     pub jerk_deg_s3: Option<f64>,
-    /// Lowest and highest position at the begin of the stretch and at the end of each of its blocks, widened by the rounding.
+    /// Lowest and highest position at the begin of the stretch and at the end of each of its blocks, widened
+    /// by the rounding.
     pub gates_deg: Vec<[f64; 2]>,
     /// Positions of the new program there.
     pub new_deg: Vec<f64>,
@@ -271,7 +273,8 @@ pub struct RunCertificate {
     pub original_inside: bool,
     /// How much longer the new program takes than the bound, percent of the bound; null where it leaves the channel.
     pub gap_percent: Option<f64>,
-    /// The same without the ramps at both ends; null where the new program leaves the channel, or little but ramps is there.
+    /// The same without the ramps at both ends; null where the new program leaves the channel, or little but
+    /// ramps is there.
     pub ramps_apart: Option<RampsApart>,
 }
 
@@ -446,7 +449,8 @@ pub(crate) fn certify(
     })
 }
 
-/// The way of a program: what its feed gives to the way between the points of the schedule, which its text has with four decimals.
+/// The way of a program: what its feed gives to the way between the points of the schedule, which its text
+/// has with four decimals.
 fn way(program: &'static str, points: &[Point], blocks: &[FeedBlock], least: &[f64]) -> WayCertificate {
     let steps = points.windows(2).map(|p| (p[1] - p[0]).norm());
     // A block of the text that is longer than that of the schedule has a higher feed.
