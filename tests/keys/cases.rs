@@ -92,8 +92,8 @@ pub(crate) const DESCRIBING: &[(&str, &str)] = &[
     ("machine/SpindleFile.chosen", "note on chosen numbers, for `proveout check`"),
     ("machine/TableFile.source", "note on the origin of numbers, for `proveout check`"),
     ("machine/TableFile.chosen", "note on chosen numbers, for `proveout check`"),
-    ("machine/ControlFile.source", "note on the origin of numbers, for `proveout check`"),
-    ("machine/ControlFile.chosen", "note on chosen numbers, for `proveout check`"),
+    ("machine/MachineControlFile.source", "note on the origin of numbers, for `proveout check`"),
+    ("machine/MachineControlFile.chosen", "note on chosen numbers, for `proveout check`"),
     ("machine/DensityFile.source", "note on the origin of numbers, for `proveout check`"),
     ("machine/DensityFile.chosen", "note on chosen numbers, for `proveout check`"),
     ("machine/BodyFile.source", "note on the origin of numbers, for `proveout check`"),
@@ -565,15 +565,15 @@ cases! {
     "machine/TableFile.on", Mill, ["machine", "table.on", "\"X\""];
     "machine/TableFile.point_mm", Mill, ["machine", "table.point_mm", "[0, 0, 31]"];
     "machine/TableFile.normal", Mill, ["machine", "table.normal", "[0, 0, -1]"];
-    "machine/ControlFile.cycle_time_ms", Mill, ["machine", "control.cycle_time_ms", "8"];
-    "machine/ControlFile.file", Mill, ["machine", "control.file", "\"okuma-osp\""];
-    "machine/ControlFile.block_time_ms", Mill, ["machine", "control.block_time_ms", "60"];
-    "machine/ControlFile.tool_change_time_s", Mill, ["machine", "control.tool_change_time_s", "0.4"];
-    "machine/ControlFile.rapid_mode", Mill, ["machine", "control.rapid_mode", "\"independent\""];
-    "machine/ControlFile.kinematics", Five, ["machine", "control.kinematics", "[\"tilted-plane\"]"];
-    "machine/ControlFile.default_tolerance_mm", MillServo, ["machine", "control.default_tolerance_mm", "0.2"];
-    "machine/ControlFile.default_orientation_tolerance_deg", Five, ["machine", "control.default_orientation_tolerance_deg", "0.01"];
-    "machine/ControlFile.pole_cone_deg", Five, ["machine", "control.pole_cone_deg", "0"];
+    "machine/MachineControlFile.cycle_time_ms", Mill, ["machine", "control.cycle_time_ms", "8"];
+    "machine/MachineControlFile.file", Mill, ["machine", "control.file", "\"okuma-osp\""];
+    "machine/MachineControlFile.block_time_ms", Mill, ["machine", "control.block_time_ms", "60"];
+    "machine/MachineControlFile.tool_change_time_s", Mill, ["machine", "control.tool_change_time_s", "0.4"];
+    "machine/MachineControlFile.rapid_mode", Mill, ["machine", "control.rapid_mode", "\"independent\""];
+    "machine/MachineControlFile.kinematics", Five, ["machine", "control.kinematics", "[\"tilted-plane\"]"];
+    "machine/MachineControlFile.default_tolerance_mm", MillServo, ["machine", "control.default_tolerance_mm", "0.2"];
+    "machine/MachineControlFile.default_orientation_tolerance_deg", Five, ["machine", "control.default_orientation_tolerance_deg", "0.01"];
+    "machine/MachineControlFile.pole_cone_deg", Five, ["machine", "control.pole_cone_deg", "0"];
     "machine/DensityFile.default_kg_m3", MillServo, ["machine", "body_density.default_kg_m3", "3500"];
     "machine/DensityFile.roles_kg_m3", MillServo, ["machine", "body_density.roles_kg_m3.table", "9000"];
     "machine/.pairs", Mill, ["machine", "pairs", "[{ bodies = [\"bed\", \"head\"], near_miss_mm = 900 }]"];

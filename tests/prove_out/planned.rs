@@ -315,7 +315,7 @@ fn what_cannot_be_planned_is_refused_by_name() {
         plan(&scene, &machine, &tools, strategy(name)).map(|_| ()).expect_err("refused").to_string()
     };
     let message = refused("scallop_mm = 0.01\nlines = [0.5]", "iso-parametric");
-    assert!(message.contains("given twice"), "{message}");
+    assert!(message.contains("the distance of the lines must be given exactly once"), "{message}");
     let message = refused("scallop_mm = 0.01\noutwards = true", "iso-parametric");
     assert!(message.contains("does not read `outwards`"), "{message}");
     // The head of 87 degrees cannot stand along the blade.

@@ -45,6 +45,8 @@ use crate::{
 
 /// Largest number of faces of a box for which pieces are checked against it; with more it is halved first.
 const MOST_FACES: usize = 256;
+/// So many pieces are tried in a box larger than a block before it counts how many of them are cleared.
+const TRIED_IN_LARGE: u32 = 16;
 /// Directions that are tried.
 const ASPECTS: usize = 6;
 /// Cosine of the angle within which the normals of faces count as one direction.
@@ -255,8 +257,11 @@ impl GougeSearch<'_> {
     /// The blocks in which some piece is not moved out, in order.
     fn blocks(&self, mut place: ProofBox, parallel: u32) -> Vec<ProofBox> {
         let middle = Middle::of(self.on.tree, &place.bounds);
-        // No point of the box is deeper than the limit.
-        if middle.depth().unwrap_or(f64::NEG_INFINITY) + 0.5 * place.bounds.size().norm() < self.limit {
+        self.keep_near(&mut place, self.limit);
+        // Without a face a box lies inside or outside as a whole; outside no point is deeper than the limit.
+        // With one it is as good as never shallow enough, and the surface need not be looked up.
+        let half = 0.5 * place.bounds.size().norm();
+        if place.faces.is_empty() && middle.depth().unwrap_or(f64::NEG_INFINITY) + half < self.limit {
             return Vec::new();
         }
         self.drop_cleared(&mut place, &middle, self.limit);
@@ -417,33 +422,47 @@ impl GougeSearch<'_> {
         self.on.tree.signed_distance(p).is_some_and(|d| d >= 0.0)
     }
 
+    /// Leaves in a box the pieces and faces that are near it.
+    fn keep_near(&self, place: &mut ProofBox, limit: f64) {
+        place.items.retain(|i| self.on.sweeps.bounds(*i).intersects(&place.bounds));
+        if !place.items.is_empty() {
+            let widened = place.bounds.expanded(limit);
+            place.faces.retain(|f| touches(&self.faces[*f as usize], &widened));
+        }
+    }
+
     /// Leaves in a box what is near and is not moved out by `limit`.
     fn drop_cleared(&self, place: &mut ProofBox, middle: &Middle<'_>, limit: f64) {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds);
-        place.items.retain(|i| sweeps.bounds(*i).intersects(&bounds));
-        if place.items.is_empty() {
-            return;
-        }
+        self.keep_near(place, limit);
         let widened = bounds.expanded(limit);
-        place.faces.retain(|f| touches(&self.faces[*f as usize], &widened));
         let few = place.faces.len() <= MOST_FACES;
         let mut aspects = if few { self.aspects(&place.faces, &widened) } else { Vec::new() };
-        if aspects.is_empty() {
+        let size = bounds.size().max();
+        if aspects.is_empty() && (few || size <= self.on.block) {
             aspects.extend(toward_surface(middle));
         }
         let highest: Vec<f64> = aspects.iter().map(|a| corner(&bounds, &a.normal).coords.dot(&a.normal)).collect();
-        let size = bounds.size().max();
         // The direction that was enough for the last piece mostly is for the next.
         let mut likely = 0;
         let mut left = Vec::new();
         let mut asked: Vec<SweepItem> = std::mem::take(&mut place.items);
         asked.reverse();
+        let (mut tried, mut cleared) = (0_u32, 0_u32);
         while let Some(item) = asked.pop() {
-            let is_out = !sweeps.bounds(item).intersects(&bounds)
-                || self.moves_out(item, &bounds, (&aspects, &highest), &mut likely, limit)
-                || self.is_separated(item, &bounds);
-            if is_out {
+            if !sweeps.bounds(item).intersects(&bounds) {
                 continue;
+            }
+            // Where hardly any piece is cleared from a large box, its halves decide.
+            let in_vain = size > self.on.block && tried >= TRIED_IN_LARGE && 4 * cleared < tried;
+            if !in_vain {
+                tried += 1;
+                if self.moves_out(item, &bounds, (&aspects, &highest), &mut likely, limit)
+                    || self.is_separated(item, &bounds)
+                {
+                    cleared += 1;
+                    continue;
+                }
             }
             // A group stays one as long as its bodies are less apart than the box is long. Within a block
             // only single pieces can show a gouge, and bodies at rest are not apart at all.

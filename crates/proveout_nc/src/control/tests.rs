@@ -126,7 +126,7 @@ fn a_mistake_is_one_error_with_place_and_remedy() {
             "nowhere",
             "check the path",
         ),
-        ("dialect = \"fanuc\"\nstart.position_mm.A = 5\n", "control-value", (2, 7), "A is none", "letter"),
+        ("dialect = \"fanuc\"\nstart.position_mm.A = 5\n", "control-value", (2, 7), "A is not one of", "letter"),
         ("dialect = \"fanuc\"\ndwell.Z = \"s\"\n", "control-value", (2, 11), "Z is not a dwell word", "P, X"),
         ("dialect = \"fanuc\"\nprogram.header = [\"*\"]\n", "control-pattern", (2, 18), "every line", "begin"),
         (

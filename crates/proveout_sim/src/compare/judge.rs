@@ -436,7 +436,7 @@ mod tests {
         assert_eq!(judged(10.7, 0.05).state, State::Fail);
         let open = judged(10.7, 0.1);
         assert_eq!(open.state, State::Unchecked, "{open:?}");
-        assert!(open.reason.starts_with("known to 2.070 % only"), "{}", open.reason);
+        assert!(open.reason.starts_with("its error of 2.070 %"), "{}", open.reason);
         assert_eq!(judged(10.4, 0.1).state, State::Unchecked, "nor is it kept for sure");
         assert_eq!(judged(10.2, 0.1).state, State::Pass);
     }

@@ -235,7 +235,7 @@ mod tests {
         for (text, words) in [
             (region(""), "sets no bound"),
             (region("ra_um = 0\n"), "is not a height"),
-            (region("scallop_um = 5\n"), "no design"),
+            (region("scallop_um = 5\n"), "needs a design"),
             (region("ra_um = 1\n").replace("max_mm = [1, 1, 1]", "max_mm = [1, 0, 1]"), "is empty"),
             (region("ra_um = 1\n").repeat(2), "taken"),
         ] {
