@@ -195,10 +195,11 @@ fn every_experiment_has_its_test() {
 }
 
 macro_rules! experiments {
-    ($($name:ident $scene:literal $blocks:expr, $chord:expr;)*) => {
+    ($($(#[$mark:meta])* $name:ident $scene:literal $blocks:expr, $chord:expr;)*) => {
         const TESTED: &[&str] = &[$($scene),*];
         $(
             #[test]
+            $(#[$mark])*
             fn $name() {
                 held($scene, Coarse { blocks: $blocks, chord: $chord });
             }
@@ -212,8 +213,11 @@ const WHOLE: usize = usize::MAX;
 // Methods of Ma et al. look at the mesh of the design, the others at its closed form or at nothing that a
 // coarse one changes.
 experiments! {
+    #[ignore = "nightly, 161 s"]
     li "scenes/li-2022-s-theta" 570, None;
+    #[ignore = "nightly, 55 s"]
     cui "scenes/cui-2022-singularity" WHOLE, None;
+    #[ignore = "nightly, 63 s"]
     ma "scenes/ma-2020-sine" WHOLE, Some(0.001);
     ma_steep "scenes/ma-2020-sine/ma-1.toml" WHOLE, None;
     lu "scenes/lu-2022-quasi-circle" 60, None;
@@ -223,6 +227,8 @@ experiments! {
     lu_untwisted "scenes/lu-2022-quasi-circle/untwisted.toml" WHOLE, None;
     lu_edge "scenes/lu-2022-quasi-circle/edge.toml" 60, None;
     lu_equal "scenes/lu-2022-quasi-circle/equal.toml" 60, None;
+    #[ignore = "nightly, 62 s"]
     dong "scenes/dong-2023-multi-scale" 210, None;
+    #[ignore = "nightly, 52 s"]
     blade_root "scenes/blade-root/methods.toml" 300, None;
 }

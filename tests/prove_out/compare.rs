@@ -82,6 +82,7 @@ fn shorter(folder: &Path) {
 }
 
 #[test]
+#[ignore = "nightly, 140 s"]
 fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_count() {
     let experiment = Experiment::new(|text| {
         // Whole turns lie beside each other between the second and the third.

@@ -75,6 +75,7 @@ fn close(name: &str, got: f64, wanted: f64, by: f64) {
 
 /// Counts of another implementation (`tests/reference/cui_2022.py`), with the wheel 320 mm from the B axis.
 #[test]
+#[ignore = "nightly, 43 s"]
 fn cui_the_posted_programs_turn_as_the_second_count_says() {
     let all = moved(&scene("cui-2022-singularity"));
     // C travel, deg; dC/ds, deg/mm; reversals of B; tip from its chord, um.
@@ -104,6 +105,7 @@ fn cui_the_posted_programs_turn_as_the_second_count_says() {
 
 /// Counts of another implementation: largest angular velocity and acceleration of both rotary joints.
 #[test]
+#[ignore = "nightly, 35 s"]
 fn ma_one_sign_measures_the_step_and_two_signs_the_method() {
     let all = moved(&beside("ma-2020-sine", "ma-1.toml"));
     let wanted = [

@@ -55,6 +55,7 @@ fn prove(program: &str) -> (Verdict, [f64; 2]) {
 }
 
 #[test]
+#[ignore = "nightly, 30 s"]
 fn new_axes_leave_the_surface_and_save_time() {
     let programs = ["original", "quaternion", "s-theta"];
     let runs = programs.map(prove);

@@ -192,7 +192,12 @@ fn run_and_merge_hold_plan_jobs_inputs_and_verdicts_against_their_digests_again(
             "damaged",
             true,
         ),
-        ("job", |at| edit(&at.join("out/jobs/00001/job.json"), "2000", "2001"), "is not as it was planned", false),
+        (
+            "job",
+            |at| edit(&at.join("out/jobs/00001/job.json"), "2000", "2001"),
+            "has changed since it was planned",
+            false,
+        ),
         (
             "a shorter plan",
             |at| {
@@ -202,7 +207,7 @@ fn run_and_merge_hold_plan_jobs_inputs_and_verdicts_against_their_digests_again(
                 plan["jobs"].as_array_mut().expect("jobs").truncate(2);
                 fs::write(path, plan.to_string()).expect("written");
             },
-            "is not as it was planned",
+            "has changed since it was planned",
             false,
         ),
     ];
@@ -308,7 +313,7 @@ fn what_is_missing_damaged_or_of_another_version_is_named_and_nothing_is_merged(
     fs::write(&job, text.replace("500", "501")).expect("written");
     fs::remove_file(at.join("out/jobs/00002/result.json")).expect("removed");
     let (_, words) = run_expecting(&["sweep", "run", "out"], at, 2);
-    assert!(words.contains("is not as it was planned"), "{words}");
+    assert!(words.contains("has changed since it was planned"), "{words}");
 }
 
 #[test]
@@ -348,7 +353,7 @@ fn a_sweep_that_cannot_be_planned_is_reported_with_its_place_and_nothing_is_writ
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [-1]\n", "resolution_mm = -1"),
         ("[[vary]]\nkey = \"resolution_mm\"\n", "needs either values or range"),
         ("[[vary]]\nkey = \"resolution_mm\"\nvalues = []\n", "values are missing"),
-        ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 1]\n", "there twice"),
+        ("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 1]\n", "repeated"),
         ("[[vary]]\nkey = \"resolution_mm\"\nrange = [2, 1]\nsteps = 3\n", "is empty"),
         ("[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\n", "needs a number of values"),
         ("draws = 3\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "belong to a Latin hypercube"),

@@ -188,7 +188,11 @@ fn a_slug_falls_through_the_table_and_hits_what_is_in_its_way() {
     let text = &part(&verdict).message;
     let lies = text.contains("come to rest about X 0 Y 0");
     assert!(lies || text.contains("its place is not known"), "{text}");
-    assert_eq!(gate(&verdict, "collision").reason.contains("where loose part 1, cut off the stock, goes"), !lies, "{verdict:?}");
+    assert_eq!(
+        gate(&verdict, "collision").reason.contains("where loose part 1, cut off the stock, goes"),
+        !lies,
+        "{verdict:?}"
+    );
     assert_eq!(gate(&verdict, "process").state, State::Pass, "{:?}", gate(&verdict, "process"));
 }
 
@@ -239,6 +243,7 @@ fn a_half_that_tips_off_its_support_is_held_by_a_clamp() {
 }
 
 #[test]
+#[ignore = "nightly, 90 s"]
 fn what_hangs_on_friction_is_not_decided() {
     // 20 degrees: between the angles of friction of 0.1 and 0.5. It slides into the kerf.
     let tilted = machine("[0.3420201433256687, 0, 0.9396926207859084]", false, WHOLE_TABLE);

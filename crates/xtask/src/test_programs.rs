@@ -220,6 +220,32 @@ fn module_of(test: &str) -> &str {
 mod tests {
     use super::*;
 
+    /// Tests that only the night runs are listed in TESTING.md, and no other is.
+    #[test]
+    fn the_list_of_nightly_tests_is_that_of_their_marks() {
+        let root = crate::workspace_root();
+        let mut marked = std::collections::BTreeSet::new();
+        let is_test =
+            |file: &PathBuf| file.extension().is_some_and(|e| e == "rs") && !file.ends_with("test_programs.rs");
+        for file in crate::checks::style::text_files(&root).expect("readable").into_iter().filter(is_test) {
+            let text = std::fs::read_to_string(root.join(&file)).expect("text");
+            for after in text.split("#[ignore = \"nightly").skip(1) {
+                let name = after.lines().nth(1).unwrap_or_default().trim().trim_start_matches("fn ");
+                marked.insert(name.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>());
+            }
+        }
+        assert!(marked.len() > 10, "{marked:?}");
+        let page = std::fs::read_to_string(root.join("TESTING.md")).expect("the page");
+        let table = page.split("| nightly test |").nth(1).expect("the table").split("\n\n").next().unwrap_or_default();
+        let listed: std::collections::BTreeSet<String> = table
+            .lines()
+            .filter_map(|row| row.split('|').nth(1))
+            .flat_map(|cell| cell.split('`').skip(1).step_by(2))
+            .filter_map(|name| name.rsplit("::").next().map(str::to_owned))
+            .collect();
+        assert_eq!(marked, listed);
+    }
+
     #[test]
     fn messages_of_cargo_name_the_test_programs_alone() {
         let message = |test: bool, executable: &str| {

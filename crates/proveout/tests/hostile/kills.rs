@@ -121,6 +121,7 @@ fn going_on(shop: &Workshop) -> Told {
 
 #[cfg(unix)]
 #[test]
+#[ignore = "nightly, 129 s"]
 fn killed_runs_go_on_to_the_same_bytes() {
     let kills = number("PROVEOUT_KILLS", 4) as usize;
     let mut random = Random(number("PROVEOUT_KILL_SEED", 21));
@@ -217,6 +218,7 @@ fn left_over() -> Workshop {
 
 #[cfg(unix)]
 #[test]
+#[ignore = "nightly, 41 s"]
 fn only_the_run_that_was_stopped_goes_on() {
     let shop = left_over();
     let journal = fs::read(shop.path().join(JOURNAL)).expect("there");

@@ -156,7 +156,7 @@ fn place((path, (line, text)): &(PathBuf, Text)) -> String {
 }
 
 /// Rust files and pages below the root, sorted; without hidden folders and builds.
-fn text_files(root: &Path) -> Result<Vec<PathBuf>, TaskError> {
+pub(crate) fn text_files(root: &Path) -> Result<Vec<PathBuf>, TaskError> {
     let (mut folders, mut out) = (vec![root.to_path_buf()], Vec::new());
     while let Some(folder) = folders.pop() {
         let fault = |e: std::io::Error| TaskError(format!("{}: {e}", folder.display()));
