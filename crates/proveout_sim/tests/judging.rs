@@ -134,7 +134,7 @@ fn a_wall_that_is_milled_away_fails_with_its_thickness_place_and_block() {
         assert_eq!(found.len(), 1, "{thickness}: {found:?}");
         let f = found[0];
         assert!((f.value.unwrap() - thickness).abs() < 1e-4, "{f:?}");
-        assert!(f.message.contains("wall of") && f.message.contains("is gone"), "{}", f.message);
+        assert!(f.message.contains("wall of") && f.message.contains("is cut away"), "{}", f.message);
         // Both sides of 40 x 8 mm; the top and the ends only as far as rays meet them.
         let (area, volume) = (f.area_mm2.unwrap(), f.volume_mm3.unwrap());
         assert!((630.0..700.0 + 60.0 * thickness).contains(&area), "{thickness}: {area}");
