@@ -33,7 +33,7 @@ const REFUSED_BY_NAME: &[(&str, f64)] = &[
     ("`G10 L1` of other axes", 40.0),
     ("`G10 L", 90.0),
     ("the length of tool", 30.0),
-    (", and no tool is in the spindle", 40.0),
+    ("no tool is in the spindle", 40.0),
     // Behind a tool change, a probing motion and a machine motion places are not known to the program. Cycles
     // need the level of the tool.
     ("the position of", 80.0),
