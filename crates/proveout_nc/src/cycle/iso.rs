@@ -22,7 +22,7 @@ impl CycleSet {
 
     /// The words of a cycle; none where the control has no such cycle.
     pub(crate) fn words(&self, code: GCode) -> &'static [Parameter] {
-        self.spec(code).map_or(&[], |spec| spec.parameters)
+        self.spec(code).map(|spec| spec.parameters).unwrap_or_default()
     }
 
     /// A word of a cycle, by its letter.
