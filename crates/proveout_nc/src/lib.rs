@@ -44,6 +44,7 @@ mod cycle;
 mod diagnostic;
 mod dialect;
 mod frame;
+mod g_code;
 mod json;
 mod machine_data;
 mod not_run;

@@ -9,6 +9,7 @@ use super::model::Control;
 use super::place::ControlText;
 use super::words::{Builtin, ListedWord, Meaning, WordKey, word_key};
 use crate::dialect::does_word;
+use crate::g_code::{G65, G66, G67};
 use crate::settings::Dialect;
 
 /// Most words of one file.
@@ -54,12 +55,12 @@ fn key(word: &str, dialect: Dialect, text: &ControlText<'_>) -> Checked<WordKey>
         }
         (Some(WordKey::Name(_)) | None, _) | (Some(_), Some(ReaderFamily::Apt)) => false,
         (Some(WordKey::G(_)), Some(ReaderFamily::Heidenhain | ReaderFamily::HeidenhainIso)) => false,
-        (Some(WordKey::G(code)), Some(ReaderFamily::Siemens)) => code.is_multiple_of(10),
+        (Some(WordKey::G(code)), Some(ReaderFamily::Siemens)) => code.is_whole(),
         (Some(WordKey::G(_) | WordKey::M(_)), _) => true,
     };
     let flow = match &key {
         Some(WordKey::M(2 | 17 | 30 | 97 | 98 | 99 | 198)) => ReaderFamily::of(dialect) != Some(ReaderFamily::Apt),
-        Some(WordKey::G(650 | 660 | 670)) => matches!(ReaderFamily::of(dialect), Some(ReaderFamily::MacroB)),
+        Some(WordKey::G(G65 | G66 | G67)) => matches!(ReaderFamily::of(dialect), Some(ReaderFamily::MacroB)),
         _ => false,
     };
     if flow {

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use crate::g_code::GCode;
+
 /// A word that the reader of the language executes without a control file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Builtin {
-    /// Ten times the number of a G word.
-    G(u32),
+    G(GCode),
     M(u32),
 }
 
@@ -50,8 +51,7 @@ pub(crate) struct ListedWord {
 /// A name for a word, as the key of a control file writes it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum WordKey {
-    /// Ten times the number.
-    G(u32),
+    G(GCode),
     M(u32),
     /// Upper case.
     Name(String),
@@ -60,8 +60,7 @@ pub(crate) enum WordKey {
 impl std::fmt::Display for WordKey {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::G(code) if code.is_multiple_of(10) => write!(f, "G{}", code / 10),
-            Self::G(code) => write!(f, "G{}.{}", code / 10, code % 10),
+            Self::G(code) => write!(f, "{code}"),
             Self::M(code) => write!(f, "M{code}"),
             Self::Name(name) => f.write_str(name),
         }
@@ -94,7 +93,7 @@ impl WordTable {
         let Ok(place) = u16::try_from(self.entries.len() + 1) else { return };
         self.entries.push(listed);
         match key {
-            WordKey::G(code) => set(&mut self.g, *code, place),
+            WordKey::G(code) => set(&mut self.g, code.tenths(), place),
             WordKey::M(code) if *code < DENSE_M => set(&mut self.m, *code, place),
             WordKey::M(code) => {
                 self.large_m.insert(*code, place);
@@ -107,7 +106,7 @@ impl WordTable {
 
     fn place(&self, key: &WordKey) -> u16 {
         match key {
-            WordKey::G(code) => self.g.get(*code as usize).copied().unwrap_or(0),
+            WordKey::G(code) => self.g.get(code.tenths() as usize).copied().unwrap_or(0),
             WordKey::M(code) if *code < DENSE_M => self.m.get(*code as usize).copied().unwrap_or(0),
             WordKey::M(code) => self.large_m.get(code).copied().unwrap_or(0),
             WordKey::Name(name) => self.names.get(name).copied().unwrap_or(0),
@@ -119,9 +118,9 @@ impl WordTable {
         self.entries.get(at).map(|listed| (at, listed))
     }
 
-    /// The G word of ten times this number, with its place in the table.
-    pub(crate) fn g(&self, code: u32) -> Option<(usize, &ListedWord)> {
-        self.entry(self.g.get(code as usize).copied().unwrap_or(0))
+    /// A G word, with its place in the table.
+    pub(crate) fn g(&self, code: GCode) -> Option<(usize, &ListedWord)> {
+        self.entry(self.g.get(code.tenths() as usize).copied().unwrap_or(0))
     }
 
     /// The M word of this number.
@@ -164,10 +163,8 @@ pub(crate) fn word_key(text: &str) -> Option<WordKey> {
     match text.as_bytes().first()? {
         b'M' if digits(number, 8) => return number.parse().ok().map(WordKey::M),
         b'G' => {
-            let (whole, tenth) = number.split_once('.').unwrap_or((number, "0"));
-            if digits(whole, 3) && digits(tenth, 1) {
-                let tenths: u32 = format!("{whole}{tenth}").parse().ok()?;
-                return Some(WordKey::G(tenths));
+            if let Ok(code) = text.parse() {
+                return Some(WordKey::G(code));
             }
         }
         _ => {}
@@ -182,14 +179,15 @@ pub(crate) fn word_key(text: &str) -> Option<WordKey> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::g_code::{G1, G38_2};
 
     #[test]
     fn words_have_one_key_however_they_are_written() {
         assert_eq!(word_key("m03"), Some(WordKey::M(3)));
         assert_eq!(word_key(" M3 "), Some(WordKey::M(3)));
-        assert_eq!(word_key("G1"), Some(WordKey::G(10)));
-        assert_eq!(word_key("g01"), Some(WordKey::G(10)));
-        assert_eq!(word_key("G38.2"), Some(WordKey::G(382)));
+        assert_eq!(word_key("G1"), Some(WordKey::G(G1)));
+        assert_eq!(word_key("g01"), Some(WordKey::G(G1)));
+        assert_eq!(word_key("G38.2"), Some(WordKey::G(G38_2)));
         assert_eq!(word_key("CYCLE999"), Some(WordKey::Name("CYCLE999".to_owned())));
         for wrong in ["", "M", "G", "X10", "M3.5", "G38.21", "M1 M2", "M123456789", "3"] {
             assert!(word_key(wrong).is_none(), "{wrong}: {:?}", word_key(wrong));
@@ -207,8 +205,8 @@ mod tests {
         let text = |found: Option<(usize, &ListedWord)>| found.map(|(_, listed)| listed.word.clone());
         assert_eq!(text(table.m(3)).as_deref(), Some("e"));
         assert_eq!(text(table.m(12345)).as_deref(), Some("b"));
-        assert_eq!(text(table.g(382)).as_deref(), Some("c"));
+        assert_eq!(text(table.g(G38_2)).as_deref(), Some("c"));
         assert_eq!(text(table.name("FOO")).as_deref(), Some("d"));
-        assert_eq!((table.m(4), table.m(99_999), table.g(380), table.name("BAR")), (None, None, None, None));
+        assert_eq!((table.m(4), table.m(99_999), table.g(GCode(38, 0)), table.name("BAR")), (None, None, None, None));
     }
 }

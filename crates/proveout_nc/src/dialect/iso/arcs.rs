@@ -11,6 +11,7 @@ use crate::channel::{arc_fault, differ_by_little};
 use crate::codes;
 use crate::control::{ArcTolerance, Centers};
 use crate::diagnostic::{Fault, Span};
+use crate::g_code::G6;
 
 const CENTER: [u8; 3] = *b"IJK";
 /// Difference of the radii that a `LinuxCNC` takes whatever the radius, mm or inch
@@ -33,7 +34,7 @@ impl Interpreter {
         let radius = self.length_of(p, b'R');
         let mut center = start;
         let mut words = [None; 3];
-        let once = self.settings.control.depth_in_i && p.g(super::words::Group::OneShot) == Some(60);
+        let once = self.settings.control.depth_in_i && p.g(super::words::Group::OneShot) == Some(G6);
         let absolute = self.modal.absolute_centers || once;
         for (axis, letter) in CENTER.into_iter().enumerate() {
             let Some(value) = self.length_of(p, letter) else { continue };

@@ -23,6 +23,7 @@ use crate::control::words::WordKey;
 use crate::control::{Control, DwellUnit, Meaning};
 use crate::diagnostic::{Fault, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
+use crate::g_code::*;
 use crate::{Dwell, Op};
 
 pub(crate) use crate::diagnostic::refused;
@@ -118,7 +119,7 @@ impl Interpreter {
     }
 
     /// A G word as the reader alone takes it.
-    pub(super) fn put_g(&self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+    pub(super) fn put_g(&self, p: &mut Pending, code: GCode, span: Span) -> Result<(), Fault> {
         if code == RETURN_LEVEL && self.settings.control.stated_returns {
             return match p.put_g(code, Group::OneShot) {
                 Ok(_) => Ok(()),
@@ -128,15 +129,15 @@ impl Interpreter {
         match words::class(self.own.flavor, self.own.assumed, &self.settings.control, code) {
             GWordClass::Known(group) => match p.put_g(code, group) {
                 Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
-                    let message = format!("{} and {} exclude each other in a block", g_name(other), g_name(code));
+                    let message = format!("{other} and {code} exclude each other in a block");
                     Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"))
                 }
                 Ok(_) => Ok(()),
                 Err(Full) => Err(too_many("G", span)),
             },
             // Noted with the functions; its values belong to it.
-            GWordClass::Note => p.put_m(NOTED_G + code).map_err(|Full| too_many("G", span)),
-            GWordClass::Refused(remedy) => Err(refused(&g_name(code), span, remedy)),
+            GWordClass::Note => p.put_m(NOTED_G + code.tenths()).map_err(|Full| too_many("G", span)),
+            GWordClass::Refused(remedy) => Err(refused(&code.to_string(), span, remedy)),
             GWordClass::Unknown => Err(unknown_g(self.own.flavor, code, span)),
         }
     }
@@ -170,7 +171,7 @@ impl Interpreter {
 
     fn act(&mut self, p: &mut Pending, block: &IsoBlock) -> Result<(), Fault> {
         let span = block.span;
-        if p.g(Group::Rotation) != Some(682)
+        if p.g(Group::Rotation) != Some(G68_2)
             && let Some(fault) = self.plane_is_open(span)
         {
             return Err(fault);
@@ -199,11 +200,11 @@ impl Interpreter {
             } else {
                 self.modal_words(p, span)?;
             }
-            if p.g(Group::OneShot) == Some(650) || p.g(Group::Macro) == Some(660) {
+            if p.g(Group::OneShot) == Some(G65) || p.g(Group::Macro) == Some(G66) {
                 p.use_all();
                 return self.macro_call(block, p.g(Group::Macro).is_some());
             }
-            if p.g(Group::Macro) == Some(670) {
+            if p.g(Group::Macro) == Some(G67) {
                 self.own.modal_macro = None;
             }
         }
@@ -212,13 +213,13 @@ impl Interpreter {
             return Ok(());
         }
         if self.own.flavor.is_linuxcnc() && p.has_m(19) && p.g(Group::PathMode).is_some() {
-            let word = g_name(p.g(Group::PathMode).unwrap_or(640));
+            let word = p.g(Group::PathMode).unwrap_or(G64);
             let message = format!("{word} and M19 in one block: both take P, Q and R");
             return Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"));
         }
         let one_shot = p.g(Group::OneShot);
         let thread_lead = self.modal.motion == Some(MotionMode::Thread) && !self.own.flavor.is_linuxcnc();
-        let dwell_in_f = one_shot == Some(40) && self.settings.control.dwell_unit(b'F').is_some();
+        let dwell_in_f = one_shot == Some(G4) && self.settings.control.dwell_unit(b'F').is_some();
         if !(dwell_in_f || thread_lead && p.axes() != 0) {
             self.feed_word(p, span)?;
         }
@@ -227,7 +228,7 @@ impl Interpreter {
         if !p.m().is_empty() {
             self.functions_before(p, span)?;
         }
-        if one_shot == Some(40) {
+        if one_shot == Some(G4) {
             self.dwell(p, span)?;
         }
         if linuxcnc && !p.no_g() {
@@ -286,25 +287,25 @@ impl Interpreter {
     fn unit_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::Units) else { return Ok(()) };
         let before = self.modal.unit();
-        if matches!(code, 700 | 710) {
+        if matches!(code, G70 | G71) {
             let cycle: &[u8] = if self.own.flavor.is_linuxcnc() { b"DEIPQR" } else { b"PQRUW" };
             if p.any_free(cycle) {
-                return Err(refused(&g_name(code), span, words::TURNING));
+                return Err(refused(&code.to_string(), span, words::TURNING));
             }
-            let unit = if code == 700 { "inch" } else { "mm" };
+            let unit = if code == G70 { "inch" } else { "mm" };
             let other = if self.own.flavor.is_linuxcnc() {
                 "as on a Mach3; on a LinuxCNC it is a cycle of turning"
             } else {
                 "where no word identifies the control; on others it is a cycle"
             };
-            self.assume(format!("G{} sets lengths in {unit}, {other}", code / 10));
+            self.assume(format!("{code} sets lengths in {unit}, {other}"));
         }
-        self.modal.inch = Some(matches!(code, 200 | 700));
+        self.modal.inch = Some(matches!(code, G20 | G70));
         if before != self.modal.unit() && !self.own.flavor.is_linuxcnc() {
             self.own.feed = None;
             if p.has(b'F') {
                 let unit = if self.modal.inch == Some(true) { "inch" } else { "mm" };
-                self.note(format!("F in the block of {} counts in {unit}: the unit of its own block", g_name(code)));
+                self.note(format!("F in the block of {code} counts in {unit}: the unit of its own block"));
             }
         }
         Ok(())
@@ -314,8 +315,8 @@ impl Interpreter {
     fn feed_mode_word(&mut self, p: &Pending) {
         let Some(code) = p.g(Group::FeedMode) else { return };
         let mode = match code {
-            930 => FeedMode::InverseTime,
-            940 => FeedMode::PerTime,
+            G93 => FeedMode::InverseTime,
+            G94 => FeedMode::PerTime,
             _ => FeedMode::PerRevolution,
         };
         // A number keeps no meaning across modes: F must be programmed again. The interpreter of a
@@ -330,8 +331,8 @@ impl Interpreter {
     fn plane_word(&mut self, p: &Pending) {
         let Some(code) = p.g(Group::Plane) else { return };
         self.modal.normal = match code {
-            170 => 2,
-            180 => 1,
+            G17 => 2,
+            G18 => 1,
             _ => 0,
         };
         self.emit(Op::Plane(['X', 'Y', 'Z'][self.modal.normal]));
@@ -340,16 +341,16 @@ impl Interpreter {
     /// G90, G91, G90.1, G91.1, G98, G99, G15, G16.
     fn distance_words(&mut self, p: &Pending) {
         if let Some(code) = p.g(Group::Distance) {
-            self.modal.incremental = code == 910;
+            self.modal.incremental = code == G91;
         }
         if let Some(code) = p.g(Group::ArcDistance) {
-            self.modal.absolute_centers = code == 901;
+            self.modal.absolute_centers = code == G90_1;
         }
         if let Some(code) = p.g(Group::Return) {
-            self.modal.return_to_r = Some(code == 990);
+            self.modal.return_to_r = Some(code == G99);
         }
         if let Some(code) = p.g(Group::Polar) {
-            self.modal.polar = code == 160;
+            self.modal.polar = code == G16;
             (self.modal.polar_radius, self.modal.polar_angle) = (None, None);
         }
     }
@@ -359,36 +360,36 @@ impl Interpreter {
             self.motion_word(code);
         }
         if let Some(code) = p.g(Group::Cycle) {
-            if code == 800 && self.settings.control.stated_returns && self.modal.cycle.is_some() {
+            if code == G80 && self.settings.control.stated_returns && self.modal.cycle.is_some() {
                 self.spindle_off();
             }
             self.cycle_word(code);
         }
     }
 
-    fn motion_word(&mut self, code: u32) {
+    fn motion_word(&mut self, code: GCode) {
         self.modal.motion_code = code;
-        if code >= 730 {
+        if code >= G73 {
             // LinuxCNC: cycles are in this group.
             self.modal.motion = None;
             self.cycle_word(code);
             return;
         }
-        self.cycle_word(800);
+        self.cycle_word(G80);
         self.modal.motion = Some(match code {
-            0 => MotionMode::Rapid,
-            10 => MotionMode::Linear,
-            20 => MotionMode::Clockwise,
-            30 => MotionMode::CounterClockwise,
-            330 | 331 => MotionMode::Thread,
-            50 | 51 => MotionMode::Spline,
-            52 | 53 => MotionMode::Nurbs,
+            G0 => MotionMode::Rapid,
+            G1 => MotionMode::Linear,
+            G2 => MotionMode::Clockwise,
+            G3 => MotionMode::CounterClockwise,
+            G33 | G33_1 => MotionMode::Thread,
+            G5 | G5_1 => MotionMode::Spline,
+            G5_2 | G5_3 => MotionMode::Nurbs,
             _ => MotionMode::Probe,
         });
-        if code != 50 {
+        if code != G5 {
             self.own.spline_end = None;
         }
-        if !matches!(code, 52 | 53) {
+        if !matches!(code, G5_2 | G5_3) {
             self.own.nurbs = None;
         }
     }
@@ -493,13 +494,11 @@ impl Interpreter {
 const MAX_VACANT: usize = 1000;
 
 /// G71 on a control whose cycles come back to its level.
-const RETURN_LEVEL: u32 = 710;
+const RETURN_LEVEL: GCode = G71;
 /// M52 to M54 on such a control: to the end of travel, to the level of G71, to the R plane.
 pub(crate) const RETURNS: std::ops::RangeInclusive<u32> = 52..=54;
-/// Ten times the number of a G word is nearer than this to a whole number.
-pub(super) const WHOLE_CODE: f64 = 1e-6;
 
-/// G words that are only noted are kept among the functions, above this number.
+/// G words that are only noted are kept among the functions, by ten times their number above this one.
 pub(crate) const NOTED_G: u32 = 1_000_000_000;
 /// Numbers of M from here on are in no control file.
 const M_LISTED: f64 = 1e9;
@@ -510,18 +509,11 @@ fn is_macro_call(block: &IsoBlock) -> bool {
     block.words.iter().any(|w| w.letter == b'G' && matches!(w.value, WordValue::Number { value: 65.0 | 66.0, .. }))
 }
 
-/// Ten times the number of a G word.
-fn g_code(value: f64, span: Span) -> Result<u32, Fault> {
-    let tenths = (value * 10.0).round();
-    if (value * 10.0 - tenths).abs() < WHOLE_CODE && (0.0..=9999.0).contains(&tenths) {
-        return Ok(tenths as u32);
-    }
-    Err(Fault::new(codes::BAD_VALUE, span, format!("G{value} is not a G word"))
-        .help("write a G word of the coverage table"))
-}
-
-pub(crate) fn g_name(code: u32) -> String {
-    if code.is_multiple_of(10) { format!("G{}", code / 10) } else { format!("G{}.{}", code / 10, code % 10) }
+fn g_code(value: f64, span: Span) -> Result<GCode, Fault> {
+    GCode::of(value).ok_or_else(|| {
+        Fault::new(codes::BAD_VALUE, span, format!("G{value} is not a G word"))
+            .help("write a G word of the coverage table")
+    })
 }
 
 /// The set-up of the control decides what such a word switches to.
@@ -581,7 +573,7 @@ pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, wor
         return None;
     }
     match words::class(flavor, assumed, control, code) {
-        GWordClass::Refused(remedy) => Some(refused(&g_name(code), word.span, remedy)),
+        GWordClass::Refused(remedy) => Some(refused(&code.to_string(), word.span, remedy)),
         GWordClass::Unknown => Some(unknown_g(flavor, code, word.span)),
         _ => None,
     }
@@ -625,8 +617,8 @@ pub(crate) fn unlisted_word(
     }
 }
 
-fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
-    let name = g_name(code);
+fn unknown_g(flavor: Flavor, code: GCode, span: Span) -> Fault {
+    let name = code.to_string();
     let fault =
         Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{name}` for the {} reader", flavor.name()));
     let help = "see the coverage table for the G words that are read, or give the word a meaning in a control file";
@@ -635,7 +627,7 @@ fn unknown_g(flavor: Flavor, code: u32, span: Span) -> Fault {
         GWordClass::Known(_) | GWordClass::Note if flavor == Flavor::Fanuc => {
             fault.help(format!("{name} is a word of a Haas: --control haas-ngc reads it; else {help}"))
         }
-        _ if flavor == Flavor::LinuxCnc && code == 500 => fault.help(format!(
+        _ if flavor == Flavor::LinuxCnc && code == G50 => fault.help(format!(
             "a PathPilot cancels a scale with it; a file for --control leaves it out: inherits = \"linuxcnc-2.9\", \
              [words] G50 = {{ ignore = \"no scale is in force\" }}; else {help}"
         )),

@@ -5,7 +5,6 @@
 //! them over the whole circle, G71 by the angle K. They act in their block, with a cycle in force (`L0` in
 //! its block drills no hole at the center).
 
-use super::block::g_name;
 use super::calls::whole;
 use super::interpreter::Interpreter;
 use super::pending::Pending;
@@ -14,13 +13,14 @@ use crate::channel::finite;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
+use crate::g_code::{G70, GCode};
 
 /// Most holes of one block.
 const MOST_HOLES: f64 = 9999.0;
 
 impl Interpreter {
-    pub(super) fn bolt_holes(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let name = g_name(code);
+    pub(super) fn bolt_holes(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let name = code.to_string();
         let Some(cycle) = self.modal.cycle else {
             return Err(Fault::new(codes::STRUCTURE, span, format!("{name} has no drilling cycle in force"))
                 .help("write the cycle before it, with L0 where no hole is at the center"));
@@ -37,7 +37,7 @@ impl Interpreter {
         let first = p.take(b'J').unwrap_or(0.0);
         let count = whole(p.take(b'L').ok_or_else(|| missing('L'))?, "L", MOST_HOLES, span)?;
         let step =
-            if code == 700 { 360.0 / f64::from(count.max(1)) } else { p.take(b'K').ok_or_else(|| missing('K'))? };
+            if code == G70 { 360.0 / f64::from(count.max(1)) } else { p.take(b'K').ok_or_else(|| missing('K'))? };
         let [u, v, normal] = self.modal.plane_axes();
         let center = [self.known(u, span)?, self.known(v, span)?];
         self.before_motion(0, p, span)?;

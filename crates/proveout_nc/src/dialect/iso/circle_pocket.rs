@@ -16,13 +16,13 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::block::g_name;
 use super::calls::whole;
 use super::interpreter::{Interpreter, Iso};
 use super::pending::Pending;
 use crate::channel::milling::{MAX_PASSES, Mills, WHOLE};
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::g_code::{G12, GCode};
 use crate::settings::Compensation;
 use crate::{AxisValues, CompSide, CutterComp, Motion, Op, ToolName};
 
@@ -56,8 +56,8 @@ impl Mills for Iso {
 }
 
 impl Interpreter {
-    pub(super) fn circular_pocket(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let name = g_name(code);
+    pub(super) fn circular_pocket(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let name = code.to_string();
         let wrong =
             |code: &'static str, message: String, help: &'static str| Err(Fault::new(code, span, message).help(help));
         if self.modal.normal != 2 {
@@ -111,7 +111,7 @@ impl Interpreter {
         self.before_motion(0b111, p, span)?;
         self.need_feed(0b111, span)?;
         let feed = self.technology.feed;
-        let clockwise = code == 120;
+        let clockwise = code == G12;
         let at = |radius: f64| [center[0] + radius, center[1]];
         let tool = self.pocket_tool(offset, &name, span)?;
         let paths: Vec<f64> = radii.iter().map(|radius| radius - tool.unwrap_or(0.0)).collect();

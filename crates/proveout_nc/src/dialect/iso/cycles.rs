@@ -14,18 +14,20 @@
 //! G91, R counts from the initial level and Z from R, however often the cycle is repeated and whatever level
 //! the tool has come back to.
 
-use super::block::g_name;
 use super::flavor::Flavor;
 use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
 use super::motion::SAME_ANGLE;
 use super::pending::{AXES, Pending};
-use super::words::Group;
+use super::words::{self, Group};
 use crate::channel::milling::SAME_HEIGHT_MM;
 use crate::channel::{Holes, Stroke, opposite, unknown_axis};
 use crate::codes;
 use crate::control::ReturnLevel;
+use crate::cycle::iso::{CycleSet, MULTIPLE_OF_SPEED, R_PLANE, REPETITIONS};
+use crate::cycle::{Key, Unit};
 use crate::diagnostic::{Fault, Span};
+use crate::g_code::*;
 use crate::{AxisValues, Motion, SpindleDirection};
 
 /// A cycle of less depth below its R plane cuts nothing, mm.
@@ -48,9 +50,9 @@ pub(super) struct Levels {
 }
 
 impl Interpreter {
-    /// A cycle comes into force; 800 is G80.
-    pub(crate) fn cycle_word(&mut self, code: u32) {
-        if code == 800 {
+    /// A cycle comes into force, or G80 ends it.
+    pub(crate) fn cycle_word(&mut self, code: GCode) {
+        if code == G80 {
             if self.modal.cycle.take().is_some() {
                 self.own.cycle = CycleValues::default();
             }
@@ -65,7 +67,7 @@ impl Interpreter {
     /// A block under a cycle: takes its values, and drills where the block has a position.
     pub(crate) fn cycle_block(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = self.modal.cycle else { return Ok(()) };
-        if self.settings.control.depth_in_i && matches!(code, 690 | 870 | 880) {
+        if self.settings.control.depth_in_i && matches!(code, G69 | G87 | G88) {
             return self.fagor_cycle_block(code, p, span);
         }
         let normal = self.modal.normal;
@@ -94,7 +96,7 @@ impl Interpreter {
         if self.own.no_cycle {
             return self.over_hole(p, span);
         }
-        self.r_plane_of_haas(code);
+        self.r_plane_at_tool(code);
         let levels = self.levels(code, self.own.cycle.initial, span)?;
         if self.is_rs274() && levels.initial.is_none() {
             // The way to the hole and the level to come back to begin at the level of the tool.
@@ -106,8 +108,8 @@ impl Interpreter {
         {
             return self.holes_of_interpreter(p, code, levels, initial, repeats, span);
         }
-        if levels.depth > levels.r && !matches!(code, 770 | 870) {
-            self.note(format!("{} feeds upward, from R{} to {}", g_name(code), levels.r, levels.depth));
+        if levels.depth > levels.r && !matches!(code, G77 | G87) {
+            self.note(format!("{} feeds upward, from R{} to {}", code, levels.r, levels.depth));
         }
         let place = p.clone();
         for _ in 0..repeats {
@@ -123,7 +125,7 @@ impl Interpreter {
     fn holes_of_interpreter(
         &mut self,
         p: &mut Pending,
-        code: u32,
+        code: GCode,
         levels: Levels,
         initial: f64,
         repeats: u32,
@@ -151,25 +153,33 @@ impl Interpreter {
 
     /// A `LinuxCNC` keeps the numbers of a cycle, and reads them in another unit after a G20 or G21
     /// in between.
-    fn unit_of_cycle(&mut self, code: u32, span: Span) -> Result<(), Fault> {
+    fn unit_of_cycle(&mut self, code: GCode, span: Span) -> Result<(), Fault> {
         let unit = self.modal.unit();
         let before = self.own.cycle.unit.replace(unit);
         if self.own.flavor.is_linuxcnc() && before.is_some_and(|before| before != unit) {
-            let message =
-                format!("the unit changes under {}, whose values the control would read in the new one", g_name(code));
+            let message = format!("the unit changes under {code}, whose values the control would read in the new one");
             return Err(Fault::new(codes::CONFLICT, span, message).help("write G80, the unit, and the cycle again"));
         }
         Ok(())
     }
 
-    /// R is optional on a Haas (*Mill operator's manual*, list of the words of G81): the hole
-    /// begins at the present height.
-    fn r_plane_of_haas(&mut self, code: u32) {
-        if self.own.flavor != Flavor::Haas || self.own.cycle.r.is_some() {
+    /// The cycles of the control.
+    pub(super) fn cycles(&self) -> &'static CycleSet {
+        words::cycles_of(self.own.flavor, &self.settings.control)
+    }
+
+    /// R is optional on a Haas (*Mill operator's manual*, list of the words of G81).
+    fn may_leave_out_r(&self, code: GCode) -> bool {
+        self.cycles().named(code, b'R', R_PLANE).is_some_and(|word| !word.written)
+    }
+
+    /// Where R is left out the hole begins at the present height.
+    fn r_plane_at_tool(&mut self, code: GCode) {
+        if !self.may_leave_out_r(code) || self.own.cycle.r.is_some() {
             return;
         }
         if let Some(initial) = self.own.cycle.initial {
-            self.assume(format!("{} without R feeds from the current level of the tool", g_name(code)));
+            self.assume(format!("{code} without R feeds from the current level of the tool"));
             self.own.cycle.r = Some((initial, false));
         }
     }
@@ -204,7 +214,7 @@ impl Interpreter {
     /// On a `LinuxCNC` rotary axes do not move in a cycle: a word of one must name its present
     /// position (*G-code reference*, "Canned cycles", errors). On a Fanuc and a Haas they take part
     /// in the positioning.
-    fn no_rotary_motion(&self, p: &Pending, code: u32, span: Span) -> Result<(), Fault> {
+    fn no_rotary_motion(&self, p: &Pending, code: GCode, span: Span) -> Result<(), Fault> {
         if !self.own.flavor.is_linuxcnc() {
             return Ok(());
         }
@@ -217,7 +227,7 @@ impl Interpreter {
                 None => self.modal.incremental && value == 0.0,
             };
             if !stays {
-                let message = format!("the rotary axis {} moves in {}", char::from(letter), g_name(code));
+                let message = format!("the rotary axis {} moves in {}", char::from(letter), code);
                 return Err(
                     Fault::new(codes::CONFLICT, span, message).help("turn it in a block of its own, before the cycle")
                 );
@@ -227,7 +237,7 @@ impl Interpreter {
     }
 
     /// Takes Z R Q P I J K; gives the number of repetitions.
-    fn cycle_values(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
+    fn cycle_values(&mut self, p: &mut Pending, code: GCode, span: Span) -> Result<u32, Fault> {
         let normal = self.modal.normal;
         if self.settings.control.depth_in_i {
             self.depth_in_i(p, code, span)?;
@@ -250,19 +260,20 @@ impl Interpreter {
         }
         self.tell_idle_words(p, code);
         let mut times = None;
+        let cycles = self.cycles();
         for letter in [b'L', b'K'] {
-            if (letter == b'L' || self.is_fanuc()) && p.any_free(&[letter]) {
+            if cycles.named(code, letter, REPETITIONS).is_some() && p.any_free(&[letter]) {
                 times = p.take(letter);
             }
         }
-        if code == 840
-            && self.own.flavor == Flavor::Haas
+        if cycles.named(code, b'J', MULTIPLE_OF_SPEED).is_some()
             && let Some(factor) = p.take(b'J')
         {
-            self.note(format!("G84 J{factor}: retraction at a multiple of the speed"));
+            self.note(format!("{code} J{factor}: retraction at a multiple of the speed"));
         }
+        let in_ijk = !self.settings.control.depth_in_i && cycles.word(code, b'I').is_some();
         for (at, letter) in [b'I', b'J', b'K'].into_iter().enumerate() {
-            if matches!(code, 730 | 760 | 770 | 830 | 870) && p.any_free(&[letter]) {
+            if in_ijk && p.any_free(&[letter]) {
                 self.own.cycle.ijk[at] = self.length_of(p, letter);
             }
         }
@@ -278,34 +289,31 @@ impl Interpreter {
 
     /// Notes words of a hole that this cycle has no use for; the control keeps P and Q for a later
     /// one.
-    fn tell_idle_words(&mut self, p: &Pending, code: u32) {
-        if self.settings.control.depth_in_i || self.settings.control.stated_returns {
+    fn tell_idle_words(&mut self, p: &Pending, code: GCode) {
+        let cycles = self.cycles();
+        if !cycles.notes_idle_words || self.settings.control.stated_returns {
             return;
         }
-        let idle: &[u8] = match (code, self.own.flavor) {
-            (810 | 850, Flavor::Fanuc | Flavor::Haas) => b"PQ",
-            (820 | 860 | 890, Flavor::Fanuc | Flavor::Haas) => b"Q",
-            (730 | 830, Flavor::Fanuc) => b"IJ",
-            _ => b"",
-        };
-        for &letter in idle {
-            if p.has(letter) {
-                self.note(format!("{} has no effect in {}", char::from(letter), g_name(code)));
+        for word in cycles.words(code) {
+            if let (Key::Letter(letter), Unit::Unread) = (word.key, word.unit)
+                && p.has(letter)
+            {
+                self.note(format!("{} has no effect in {code}", char::from(letter)));
             }
         }
     }
 
     /// Fagor: Z is the plane above the hole, I the depth, K the dwell; R of G84 says how the tap follows the spindle.
-    fn depth_in_i(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+    fn depth_in_i(&mut self, p: &mut Pending, code: GCode, span: Span) -> Result<(), Fault> {
         let unsupported = |what: String| {
             Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("{what} is not supported on this control"))
                 .help("write the motions of the cycle"))
         };
-        if code == 830 {
+        if code == G83 {
             return self.depth_in_infeeds(p, span);
         }
-        if !matches!(code, 810 | 820 | 840 | 850 | 860 | 890) {
-            return unsupported(format!("`{}`", g_name(code)));
+        if self.cycles().spec(code).is_none() {
+            return unsupported(format!("`{code}`"));
         }
         if p.g(Group::Cycle).is_some() {
             // A definition keeps nothing of the one before: without K there is no dwell.
@@ -313,7 +321,7 @@ impl Interpreter {
         }
         let normal = AXES[self.modal.normal];
         if self.modal.incremental && p.any_free(&[normal, b'I']) {
-            return unsupported(format!("`{}` with G91", g_name(code)));
+            return unsupported(format!("`{code}` with G91"));
         }
         if p.any_free(&[normal]) {
             self.own.cycle.r = self.length_of(p, normal).map(|r| (r, false));
@@ -327,11 +335,11 @@ impl Interpreter {
             self.own.cycle.p = p.take(b'K').zip(unit).map(|(value, unit)| unit.seconds(value, point));
         }
         match p.peek(b'R') {
-            Some(kind) if code == 840 && matches!(kind, 0.0 | 1.0) => {
+            Some(kind) if code == G84 && matches!(kind, 0.0 | 1.0) => {
                 p.use_up(b"R");
                 Ok(())
             }
-            Some(_) => unsupported(format!("`R` of {}", g_name(code))),
+            Some(_) => unsupported(format!("`R` of {code}")),
             None => Ok(()),
         }
     }
@@ -372,8 +380,8 @@ impl Interpreter {
         Ok(())
     }
 
-    pub(super) fn levels(&self, code: u32, reference: Option<f64>, span: Span) -> Result<Levels, Fault> {
-        let name = g_name(code);
+    pub(super) fn levels(&self, code: GCode, reference: Option<f64>, span: Span) -> Result<Levels, Fault> {
+        let name = code.to_string();
         let missing = |letter: char| {
             let help = if letter == 'R' && self.own.flavor == Flavor::Fanuc {
                 "write depth and R plane of the cycle; a Haas begins at the level of the tool where R is missing: --control haas-ngc"
@@ -384,7 +392,7 @@ impl Interpreter {
         };
         let z = self.own.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
         let r = self.own.cycle.r.ok_or_else(|| {
-            if self.own.flavor != Flavor::Haas || self.own.cycle.initial.is_some() {
+            if !self.may_leave_out_r(code) || self.own.cycle.initial.is_some() {
                 return missing('R');
             }
             let message = format!("{name} without R begins at the level of the tool, which the program has not set");
@@ -403,9 +411,8 @@ impl Interpreter {
         };
         let depth = if incremental(z) { level + z.0 } else { z.0 };
         let levels = Levels { initial: self.own.cycle.initial, r: level, depth };
-        let back = matches!(code, 770 | 870);
-        // A Fanuc feeds from R to the depth whichever way that is: angle heads, work from below.
-        let either = self.own.flavor == Flavor::Fanuc && matches!(code, 810 | 820 | 850 | 860 | 890);
+        let back = matches!(code, G77 | G87);
+        let either = self.cycles().feeds_either_way && matches!(code, G81 | G82 | G85 | G86 | G89);
         if (levels.depth > levels.r) != back && levels.depth != levels.r && !either
             || !levels.depth.is_finite()
             || !levels.r.is_finite()
@@ -472,15 +479,14 @@ impl Interpreter {
         Ok(())
     }
 
-    pub(super) fn drill(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
+    pub(super) fn drill(&mut self, code: GCode, levels: Levels, span: Span) -> Result<(), Fault> {
         if (levels.depth - levels.r).abs() < NO_DEPTH_MM {
             self.note(format!(
                 "{} cuts nothing here: its depth {} is its R plane; Z in the line of a hole is a new depth",
-                g_name(code),
-                levels.depth
+                code, levels.depth
             ));
         }
-        if matches!(code, 770 | 870) {
+        if matches!(code, G77 | G87) {
             return self.back_bore(levels, span);
         }
         let back = self.return_level(levels, span)?;
@@ -488,51 +494,41 @@ impl Interpreter {
         let (out, wait) = (Stroke::Rapid(back), Stroke::wait(self.own.cycle.p));
         self.course(&[Stroke::Rapid(levels.r)], span)?;
         match code {
-            730 | 830 => self.peck(code, levels, span)?,
-            740 | 840 => self.tap(code, levels, back, span)?,
-            760 => return self.fine_bore(levels, back, span),
-            820 => self.course(&[down, wait], span)?,
-            850 => self.course(&[down, up], span)?,
-            860 => {
+            G73 | G83 => self.peck(code, levels, span)?,
+            G74 | G84 => self.tap(code, levels, back, span)?,
+            G76 => return self.fine_bore(levels, back, span),
+            G82 => self.course(&[down, wait], span)?,
+            G85 => self.course(&[down, up], span)?,
+            G86 => {
                 let again = Stroke::Turn(self.technology.direction);
                 self.course(&[down, wait, Stroke::Turn(SpindleDirection::Off), out, again], span)?;
             }
-            // The interpreter of a LinuxCNC goes out in feed all the way (`convert_cycle_g89`).
-            890 if self.own.flavor.is_linuxcnc() => self.course(&[down, wait, Stroke::Feed(back)], span)?,
-            890 => self.course(&[down, wait, up], span)?,
+            G89 if self.cycles().feeds_out_to_return => self.course(&[down, wait, Stroke::Feed(back)], span)?,
+            G89 => self.course(&[down, wait, up], span)?,
             _ => self.course(&[down], span)?,
         }
         self.course(&[out], span)
     }
 
     /// G73 and G83.
-    fn peck(&mut self, code: u32, levels: Levels, span: Span) -> Result<(), Fault> {
+    fn peck(&mut self, code: GCode, levels: Levels, span: Span) -> Result<(), Fault> {
         let total = levels.r - levels.depth;
-        let clearance = match self.own.flavor {
-            // 0.010 inch of the interpreter of LinuxCNC; setting 22 of a Haas (0.05 inch); chosen for
-            // parameters 5114 and 5115 of a Fanuc.
-            Flavor::LinuxCnc => 0.254,
-            Flavor::Haas => 1.27,
-            Flavor::Fanuc => 1.0,
-        };
+        let cycles = self.cycles();
+        let clearance = cycles.peck_clearance_mm;
         let stated = self.settings.control.stated_returns;
         if stated && self.modal.incremental {
-            return Err(Fault::new(
-                codes::UNSUPPORTED_WORD,
-                span,
-                format!("`{}` with G91 is not supported", g_name(code)),
-            )
-            .help("write the cycle with G90"));
+            return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{code}` with G91 is not supported"))
+                .help("write the cycle with G90"));
         }
         let [first, less, least] = self.own.cycle.ijk;
         // Okuma: I is the infeed of G73, and each time J is reached the tool comes out to the R plane.
-        let mut out_after = less.map(f64::abs).filter(|j| stated && code == 730 && *j > 0.0);
+        let mut out_after = less.map(f64::abs).filter(|j| stated && code == G73 && *j > 0.0);
         if self.own.flavor == Flavor::Haas && first.is_none() && (less.is_some() || least.is_some()) {
             // G73 with K and Q comes out to the R plane each time the infeeds add up to K (Haas, *Mill
             // operator's manual*, G73).
-            out_after = least.map(f64::abs).filter(|k| code == 730 && less.is_none() && *k > 0.0);
+            out_after = least.map(f64::abs).filter(|k| code == G73 && less.is_none() && *k > 0.0);
             if out_after.is_none() {
-                let message = format!("{} has J or K, which belong to a first infeed I", g_name(code));
+                let message = format!("{code} has J or K, which belong to a first infeed I");
                 return Err(Fault::new(codes::ARGUMENTS, span, message).help("write I J K, or Q"));
             }
         }
@@ -541,9 +537,9 @@ impl Interpreter {
             |message: String| Err(Fault::new(codes::ARGUMENTS, span, message).help("write the infeed Q above zero"));
         let variable = self.own.flavor == Flavor::Haas && first.is_some();
         let mut infeed =
-            match if variable || stated && code == 730 { first.or(self.own.cycle.q) } else { self.own.cycle.q } {
+            match if variable || stated && code == G73 { first.or(self.own.cycle.q) } else { self.own.cycle.q } {
                 Some(q) if q.abs() > 0.0 => q.abs(),
-                _ => return wrong(format!("{} has no infeed Q", g_name(code))),
+                _ => return wrong(format!("{code} has no infeed Q")),
             };
         let mut reached = 0.0;
         for _ in 0..MAX_INFEEDS {
@@ -554,8 +550,7 @@ impl Interpreter {
             let depth = if last { levels.depth } else { levels.r - reached };
             self.course(&[Stroke::Feed(depth)], span)?;
             if last {
-                // The peck cycles of LinuxCNC take no P.
-                let dwell = self.own.cycle.p.filter(|_| !self.own.flavor.is_linuxcnc());
+                let dwell = self.own.cycle.p.filter(|_| cycles.pecks_dwell);
                 return self.course(&[Stroke::wait(dwell)], span);
             }
             let ahead = Stroke::Rapid((depth + clearance).min(levels.r));
@@ -563,7 +558,7 @@ impl Interpreter {
             if comes_out {
                 since_out = 0.0;
             }
-            if code == 730 && !comes_out {
+            if code == G73 && !comes_out {
                 self.course(&[ahead], span)?;
             } else {
                 self.course(&[Stroke::Rapid(levels.r), ahead], span)?;
@@ -575,11 +570,11 @@ impl Interpreter {
                 }
             }
         }
-        wrong(format!("{} would need more than {MAX_INFEEDS} infeeds", g_name(code)))
+        wrong(format!("{code} would need more than {MAX_INFEEDS} infeeds"))
     }
 
     /// G84 and G74: the path follows the spindle in and out.
-    fn tap(&mut self, code: u32, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
+    fn tap(&mut self, code: GCode, levels: Levels, back: f64, span: Span) -> Result<(), Fault> {
         let Some(feed) = self.own.feed else { return Err(self.no_feed(span)) };
         let speed = self.technology.speed.filter(|s| *s > 0.0);
         let pitch = match (self.modal.feed_mode, speed) {
@@ -589,7 +584,7 @@ impl Interpreter {
                 return Err(Fault::new(
                     codes::MISSING_VALUE,
                     span,
-                    format!("{} has no spindle speed: the pitch is F over S", g_name(code)),
+                    format!("{code} has no spindle speed: the pitch is F over S"),
                 )
                 .help("write S before the cycle"));
             }
@@ -598,15 +593,14 @@ impl Interpreter {
                     .help("write G94 or G95"));
             }
         };
-        let turn = if code == 840 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
+        let turn = if code == G84 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
         self.tap_steps(levels, pitch, turn, span)?;
-        // A LinuxCNC comes out to the level of G98 in one motion in feed (`convert_cycle_g74_g84` of its interpreter).
-        let out = if self.own.flavor.is_linuxcnc() { back } else { levels.r };
+        let cycles = self.cycles();
+        let out = if cycles.feeds_out_to_return { back } else { levels.r };
         let wait = Stroke::wait(self.own.cycle.p);
         let down = Stroke::Thread { to: levels.depth, pitch, turn };
         let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
-        if self.own.flavor.is_linuxcnc() {
-            // The dwell is at the bottom only.
+        if cycles.tap_dwells_at_bottom_only {
             return self.course(&[down, wait, up], span);
         }
         self.course(&[down, wait, up, wait], span)

@@ -16,7 +16,6 @@
 //! "Canned cycles" (for D, H, L and V). From memory, and reported as assumptions: which sign of J
 //! mills in climb, and what B below zero does.
 
-use super::block::g_name;
 use super::pending::Pending;
 use super::run_state::{FagorCycle, Interpreter};
 use crate::arc::{self, PlaneArc};
@@ -24,8 +23,10 @@ use crate::channel::milling::{self, MAX_PASSES};
 use crate::channel::shape::{Pass, Place, Point, Shape};
 use crate::channel::{Stroke, arc_fault};
 use crate::codes;
+use crate::cycle::{Key, Unit};
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
+use crate::g_code::{G69, G87, G88, GCode};
 use crate::settings::Compensation;
 use crate::{AxisValues, CompSide, CutterComp, Feed, Op, SpindleDirection};
 
@@ -125,28 +126,28 @@ impl Interpreter {
 
     /// Takes the words of G69, G87 and G88 before D is a tool, H a length, and B, C, V are axes.
     pub(super) fn fagor_cycle_words(&mut self, p: &mut Pending) {
-        let Some(code @ (690 | 870 | 880)) = self.modal.cycle.filter(|_| self.settings.control.depth_in_i) else {
+        let Some(code @ (G69 | G87 | G88)) = self.modal.cycle.filter(|_| self.settings.control.depth_in_i) else {
             return;
         };
         if p.g(super::words::Group::Cycle).is_some() {
             self.own.fagor = FagorCycle::default();
         }
-        let (lengths, others): (&[u8], &[u8]) = if code == 690 { (b"ZIBCDHL", b"JKR") } else { (b"ZIJKBCDL", b"HV") };
-        for &letter in lengths {
-            if p.any_free(&[letter]) {
-                self.own.fagor.values[usize::from(letter - b'A')] = self.length_of(p, letter);
-            }
-        }
-        for &letter in others {
-            if let Some(value) = p.take(letter) {
-                self.own.fagor.values[usize::from(letter - b'A')] = Some(value);
+        for word in self.cycles().words(code) {
+            let Key::Letter(letter) = word.key else { continue };
+            let value = match word.unit {
+                Unit::Number | Unit::Feed => p.take(letter),
+                _ if p.any_free(&[letter]) => self.length_of(p, letter),
+                _ => continue,
+            };
+            if let Some(slot) = self.own.fagor.values.get_mut(usize::from(letter - b'A')) {
+                *slot = value.or(*slot);
             }
         }
     }
 
     /// A block of G69, G87 or G88, or a further position of one.
-    pub(super) fn fagor_cycle_block(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let name = g_name(code);
+    pub(super) fn fagor_cycle_block(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let name = code.to_string();
         let [u, v, w] = self.modal.plane_axes();
         if self.modal.normal != 2 || self.modal.incremental {
             let message = format!("`{name}` with G91 or in another plane than G17 is not supported");
@@ -199,7 +200,7 @@ impl Interpreter {
         };
         self.need_feed(0b111, span)?;
         let feed = self.own.feed;
-        if code == 690 {
+        if code == G69 {
             self.course(&[Stroke::Rapid(reference)], span)?;
             self.fagor_pecks(&c, reference, surface, depth, span)?;
         } else {
@@ -247,12 +248,12 @@ impl Interpreter {
 
     fn fagor_pocket(
         &mut self,
-        code: u32,
+        code: GCode,
         c: &FagorCycle,
         [reference, surface, depth]: [f64; 3],
         span: Span,
     ) -> Result<(), Fault> {
-        let name = g_name(code);
+        let name = code.to_string();
         let [u, v, _] = self.modal.plane_axes();
         let center: Point = [self.known(u, span)?, self.known(v, span)?];
         let size = |letter: u8| {
@@ -262,7 +263,7 @@ impl Interpreter {
             })
         };
         let a = size(b'J')?;
-        let b = if code == 870 { size(b'K')? } else { a };
+        let b = if code == G87 { size(b'K')? } else { a };
         let climb =
             (c.get(b'J').unwrap_or(1.0) > 0.0) == (self.technology.direction != SpindleDirection::CounterClockwise);
         let radius = self.fagor_tool(&name, span)?;
@@ -270,7 +271,7 @@ impl Interpreter {
         let mill = self.own.feed;
         let plunge = c.get(b'V').filter(|v| *v > 0.0).or(mill.map(|f| 0.5 * f));
         let finish = c.get(b'H').filter(|h| *h > 0.0).or(mill);
-        let corner = if code == 870 { radius.unwrap_or(0.0) } else { a };
+        let corner = if code == G87 { radius.unwrap_or(0.0) } else { a };
         let shape = Shape::Rounded { a, b, corner };
         let place = Place::new(center, 0.0);
         self.assume(format!(

@@ -1,5 +1,6 @@
 //! The controls that speak ISO 6983, and how a text is assigned to one of them.
 
+use crate::g_code::*;
 use crate::settings::Dialect;
 use crate::source::{Mark, Source};
 
@@ -87,24 +88,24 @@ fn from_line(line: &[u8]) -> Option<Flavor> {
             b'O' if at == first && is_o_word(line.get(at + 1..)?) => return Some(Flavor::LinuxCnc),
             b'O' if at == first && is_named_head(line.get(at + 1..)?) => return Some(Flavor::Haas),
             letter @ (b'G' | b'M') => {
-                let (code, length) = code(line.get(at + 1..)?);
-                if let Some(code) = code {
+                let (number, length) = number(line.get(at + 1..)?);
+                if let Some((code, tenth)) = number {
                     match letter {
-                        b'G' => match g_mark(code) {
+                        b'G' => match g_mark(GCode(code, tenth)) {
                             Some(flavor) => return Some(flavor),
-                            None if code == 640 => g64 = true,
-                            None if code == 51 || code == 50 => g5 = true,
-                            None if code == 700 || code == 710 => bolt = true,
+                            None if GCode(code, tenth) == G64 => g64 = true,
+                            None if matches!(GCode(code, tenth), G5 | G5_1) => g5 = true,
+                            None if matches!(GCode(code, tenth), G70 | G71) => bolt = true,
                             None => {}
                         },
-                        _ if code == 970 => return Some(Flavor::Haas),
-                        _ if code == 290 => return Some(Flavor::Fanuc),
+                        _ if (code, tenth) == (97, 0) => return Some(Flavor::Haas),
+                        _ if (code, tenth) == (29, 0) => return Some(Flavor::Fanuc),
                         _ => {}
                     }
                 }
                 at += length;
             }
-            b'P' => p_word = Some(code(line.get(at + 1..)?).0.unwrap_or(0)),
+            b'P' => p_word = Some(number(line.get(at + 1..)?).0.map_or(0, |(whole, _)| whole)),
             b'Q' => q_word = true,
             b'I' => i_word = true,
             b'L' => l_word = true,
@@ -118,7 +119,7 @@ fn from_line(line: &[u8]) -> Option<Flavor> {
     if g64 && p_word.is_some() {
         return Some(Flavor::LinuxCnc);
     }
-    let high_speed = p_word.is_some_and(|p| p >= 10_000);
+    let high_speed = p_word.is_some_and(|p| p >= 1000);
     (g5 && (high_speed || q_word && p_word.is_none())).then_some(Flavor::Fanuc)
 }
 
@@ -142,8 +143,8 @@ fn is_named_head(rest: &[u8]) -> bool {
     rest.first().is_some_and(u8::is_ascii_alphabetic) && matches!(behind.first(), None | Some(b'(' | b';'))
 }
 
-/// Ten times the number after a G or M, and how many bytes it takes.
-fn code(rest: &[u8]) -> (Option<u32>, usize) {
+/// The number after a letter, whole and tenths, and how many bytes it takes.
+fn number(rest: &[u8]) -> (Option<(u32, u8)>, usize) {
     let blanks = rest.iter().take_while(|b| **b == b' ').count();
     let (mut value, mut digits, mut at) = (0u32, 0, blanks);
     while let Some(digit) = rest.get(at).filter(|b| b.is_ascii_digit()) {
@@ -155,19 +156,19 @@ fn code(rest: &[u8]) -> (Option<u32>, usize) {
     if rest.get(at) == Some(&b'.')
         && let Some(digit) = rest.get(at + 1).filter(|b| b.is_ascii_digit())
     {
-        tenth = u32::from(digit - b'0');
+        tenth = digit - b'0';
         at += 2;
     }
-    ((digits > 0).then_some(value.saturating_mul(10).saturating_add(tenth)), at)
+    ((digits > 0).then_some((value, tenth)), at)
 }
 
-/// G words (times ten) that one control only knows.
-fn g_mark(code: u32) -> Option<Flavor> {
+/// G words that one control only knows.
+fn g_mark(code: GCode) -> Option<Flavor> {
     Some(match code {
-        52 | 53 | 331 | 382..=385 | 591..=593 | 901 | 911 | 922 | 923 => Flavor::LinuxCnc,
-        1030 | 1100..=1290 if code.is_multiple_of(10) => Flavor::Haas,
-        1540 | 1870 | 2340 | 2530 | 2540 | 2550 | 2680 | 2690 => Flavor::Haas,
-        434 | 435 | 501 | 511 | 531 | 536 | 541 | 660 | 670 | 682..=684 => Flavor::Fanuc,
+        G5_2 | G5_3 | G33_1 | GCode(38, 2..=5) | GCode(59, 1..=3) | G90_1 | G91_1 | G92_2 | G92_3 => Flavor::LinuxCnc,
+        G103 | GCode(110..=129, 0) => Flavor::Haas,
+        G154 | G187 | G234 | G253 | G254 | G255 | G268 | G269 => Flavor::Haas,
+        G43_4 | G43_5 | G50_1 | G51_1 | G53_1 | G53_6 | G54_1 | G66 | G67 | GCode(68, 2..=4) => Flavor::Fanuc,
         _ => return None,
     })
 }

@@ -5,7 +5,6 @@
 //! (repeated letter), 26 to 36 (values that miss or that nothing takes), 37 (G43.1), 38 (T). What a control
 //! file gives a meaning is left to it.
 
-use super::block::{WHOLE_CODE, g_name};
 use super::parser::{IsoBlock, IsoWord, WordValue};
 use super::pending::Pending;
 use super::run_state::Interpreter;
@@ -14,11 +13,12 @@ use super::words::Group;
 use crate::codes;
 use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
+use crate::g_code::*;
 
-/// G words, ten times their number.
-const G_WORDS: [u32; 38] = [
-    0, 10, 20, 30, 40, 100, 170, 180, 190, 200, 210, 280, 281, 300, 301, 382, 383, 384, 385, 400, 431, 490, 530, 540,
-    550, 560, 570, 580, 590, 610, 800, 900, 910, 911, 920, 921, 930, 940,
+/// The G words of a grbl.
+const G_WORDS: [GCode; 38] = [
+    G0, G1, G2, G3, G4, G10, G17, G18, G19, G20, G21, G28, G28_1, G30, G30_1, G38_2, G38_3, G38_4, G38_5, G40, G43_1,
+    G49, G53, G54, G55, G56, G57, G58, G59, G61, G80, G90, G91, G91_1, G92, G92_1, G93, G94,
 ];
 const M_WORDS: [u32; 10] = [0, 1, 2, 3, 4, 5, 7, 8, 9, 30];
 /// Letters with a value.
@@ -68,9 +68,7 @@ fn foreign_word(word: &IsoWord, block: &IsoBlock, control: &Control) -> Option<F
     };
     match word.letter {
         b'G' => {
-            let code = (value * 10.0).round();
-            let code = if (value * 10.0 - code).abs() < WHOLE_CODE && code >= 0.0 { code as u32 } else { u32::MAX };
-            if G_WORDS.contains(&code) || control.words.g(code).is_some() {
+            if GCode::of(value).is_some_and(|code| G_WORDS.contains(&code) || control.words.g(code).is_some()) {
                 return None;
             }
             let what = format!("`G{value}` is not a word of a grbl");
@@ -108,7 +106,7 @@ fn foreign_word(word: &IsoWord, block: &IsoBlock, control: &Control) -> Option<F
 fn listed_takes(word: &IsoWord, letter: u8, control: &Control) -> bool {
     let WordValue::Number { value, .. } = word.value else { return false };
     let listed = match word.letter {
-        b'G' if value >= 0.0 => control.words.g((value * 10.0).round() as u32),
+        b'G' => GCode::of(value).and_then(|code| control.words.g(code)),
         b'M' if value >= 0.0 => control.words.m(value as u32),
         _ => None,
     };
@@ -124,27 +122,27 @@ impl Interpreter {
         let one_shot = p.g(Group::OneShot);
         let motion_word = p.g(Group::Motion);
         let length = p.g(Group::ToolLength);
-        let takes = one_shot.filter(|code| matches!(code, 100 | 280 | 300 | 920));
-        let moving = motion_word.filter(|code| *code != 800);
+        let takes = one_shot.filter(|code| matches!(*code, G10 | G28 | G30 | G92));
+        let moving = motion_word.filter(|code| *code != G80);
         if [takes.is_some(), moving.is_some(), length.is_some()].into_iter().filter(|&taken| taken).count() > 1 {
             return wrong("two words of the block take its axis letters", 24, "write them in blocks of their own");
         }
-        if length == Some(431) && p.axes() != 0b100 {
+        if length == Some(G43_1) && p.axes() != 0b100 {
             return wrong("G43.1 takes Z and no other axis", 37, "write G43.1 Z50");
         }
-        if length == Some(490) && axes {
+        if length == Some(G49) && axes {
             // A grbl takes them and does nothing with them.
             return wrong("axis letters with G49, which moves no axis", 36, "write the motion in a block of its own");
         }
-        let mode = motion_word.or_else(|| self.modal.motion.map(|_| self.modal.motion_code)).unwrap_or(800);
-        if axes && mode == 800 {
+        let mode = motion_word.or_else(|| self.modal.motion.map(|_| self.modal.motion_code)).unwrap_or(G80);
+        if axes && mode == G80 {
             return wrong("axis letters under G80", 31, "write G0 or G1");
         }
         match one_shot {
-            Some(40) if !p.has(b'P') => {
+            Some(G4) if !p.has(b'P') => {
                 return wrong("G4 has no P", 28, "write G4 P0.5 (seconds)");
             }
-            Some(100) => {
+            Some(G10) => {
                 let list = p.peek(b'L').unwrap_or(0.0);
                 if !axes || !p.has(b'P') || !(list == 2.0 || list == 20.0) {
                     return wrong("G10 needs L2 or L20, P and an axis", 28, "write G10 L2 P1 X0 Y0 Z0");
@@ -153,17 +151,17 @@ impl Interpreter {
                     return wrong("G10 has P0 to P6: G54 to G59", 29, "write P1 for G54");
                 }
             }
-            Some(920) if !axes => return wrong("G92 names no axis", 26, "write G92 X0"),
-            Some(530) if !matches!(mode, 0 | 10) => {
+            Some(G92) if !axes => return wrong("G92 names no axis", 26, "write G92 X0"),
+            Some(G53) if !matches!(mode, G0 | G1) => {
                 return wrong("G53 needs G0 or G1 in force", 30, "write G0 or G1 with G53");
             }
             _ => {}
         }
         // The axes belong to the motion where no other word takes them.
         let moves = moving.is_some() || axes && takes.is_none() && length.is_none();
-        let arc = moves && matches!(mode, 20 | 30);
-        if moves && !axes && (arc || matches!(mode, 382..=385)) {
-            let what = format!("{} names no axis", g_name(mode));
+        let arc = moves && matches!(mode, G2 | G3);
+        if moves && !axes && (arc || matches!(mode, GCode(38, 2..=5))) {
+            let what = format!("{mode} names no axis");
             return wrong(&what, 26, "write its end, a full circle with the coordinates of its start");
         }
         let radius = arc && p.has(b'R');
@@ -171,20 +169,20 @@ impl Interpreter {
         if arc {
             let [u, v, _] = self.plane_axes_of(p);
             if p.axes() & (1 << u | 1 << v) == 0 {
-                let what = format!("{} names no axis of its plane", g_name(mode));
+                let what = format!("{mode} names no axis of its plane");
                 return wrong(&what, 32, "write its end, a full circle with the coordinates of its start");
             }
             if center && ![b"IJK"[u], b"IJK"[v]].iter().any(|&letter| p.has(letter)) {
-                let what = format!("{} has no center in its plane and no R", g_name(mode));
+                let what = format!("{mode} has no center in its plane and no R");
                 return wrong(&what, 35, "write I, J, K or R");
             }
         }
-        let data = one_shot == Some(100);
+        let data = one_shot == Some(G10);
         for &letter in b"IJKLPR" {
             let used = match letter {
                 b'I' | b'J' | b'K' => center,
                 b'L' => data,
-                b'P' => data || one_shot == Some(40),
+                b'P' => data || one_shot == Some(G4),
                 _ => radius,
             };
             let listed = || block.words.iter().any(|word| listed_takes(word, letter, &self.settings.control));
@@ -203,8 +201,8 @@ impl Interpreter {
 
     fn plane_axes_of(&self, p: &Pending) -> [usize; 3] {
         let normal = match p.g(Group::Plane) {
-            Some(170) => 2,
-            Some(180) => 1,
+            Some(G17) => 2,
+            Some(G18) => 1,
             Some(_) => 0,
             None => self.modal.normal,
         };

@@ -3,7 +3,6 @@
 //! A length that the program writes itself (G43.1, G10 L10) moves the axes by this number whatever
 //! tool is in the spindle. It is emitted as its effect: length off, and a shift of the frame.
 
-use super::block::g_name;
 use super::calls::whole;
 use super::flavor::Flavor;
 use super::modal::{Length, MotionMode, Plane};
@@ -14,6 +13,7 @@ use super::words::Group;
 use crate::codes;
 use crate::control::LengthWord;
 use crate::diagnostic::{Fault, Span};
+use crate::g_code::{G40, G41, G41_1, G42_1, G43_1, G43_2, G43_4, G43_5, G44, G49, G234, GCode};
 use crate::machine_data::KinematicsKind;
 use crate::{CompSide, CutterComp, Offset, Op, ToolName};
 
@@ -97,24 +97,23 @@ impl Interpreter {
             return Ok(());
         };
         match code {
-            490 => {
+            G49 => {
                 self.tell_idle_number(p, b'H', "G49");
                 self.set_length(Length::Off, [0.0; 3]);
                 self.set_tcp(false, false);
             }
-            431 => {
+            G43_1 => {
                 self.length_of_axes(p, span)?;
             }
-            432 => self.additional_length(p, span)?,
+            G43_2 => self.additional_length(p, span)?,
             _ => {
                 let h = self.length_number(p, code, span)?;
-                let tcp = matches!(code, 434 | 435 | 2340);
+                let tcp = matches!(code, G43_4 | G43_5 | G234);
                 if tcp {
-                    self.settings.check_kinematics(KinematicsKind::Tcp, &g_name(code), span)?;
+                    self.settings.check_kinematics(KinematicsKind::Tcp, &code.to_string(), span)?;
                 }
                 if tcp && (self.own.lengths.contains_key(&h) || self.has_programmed_length()) {
-                    let message =
-                        format!("{} with a length that the program writes itself is not supported", g_name(code));
+                    let message = format!("{code} with a length that the program writes itself is not supported");
                     return Err(
                         Fault::new(codes::UNSUPPORTED_WORD, span, message).help("give the length in the tool library")
                     );
@@ -124,9 +123,9 @@ impl Interpreter {
                         Fault::new(codes::CONFLICT, span, "G234 while G254 is in force").help("write G255 before it")
                     );
                 }
-                self.take_length(h, if code == 440 { -1.0 } else { 1.0 }, span)?;
+                self.take_length(h, if code == G44 { -1.0 } else { 1.0 }, span)?;
                 if tcp || self.modal.tcp {
-                    self.set_tcp(tcp, code == 435);
+                    self.set_tcp(tcp, code == G43_5);
                 }
             }
         }
@@ -134,7 +133,7 @@ impl Interpreter {
     }
 
     /// Number of the offset: H, else the one before, on a `LinuxCNC` the tool in the spindle.
-    fn length_number(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<u32, Fault> {
+    fn length_number(&mut self, p: &mut Pending, code: GCode, span: Span) -> Result<u32, Fault> {
         // On a LinuxCNC H0 is the tool in the spindle too (`find_tool_index`: tool 0 is entry 0 of the table).
         let of_spindle = self.is_rs274() && p.peek(b'H') == Some(0.0);
         if p.has(b'H') && !of_spindle {
@@ -145,7 +144,7 @@ impl Interpreter {
         if self.own.flavor.is_linuxcnc() || of_tool {
             return match self.technology.in_spindle {
                 Some(ToolName::Number(number)) if of_tool && self.own.d.is_some_and(|d| d != 0 && d != number) => {
-                    let message = format!("{} with an offset D of another number than tool {number}", g_name(code));
+                    let message = format!("{code} with an offset D of another number than tool {number}");
                     Err(Fault::new(codes::UNSUPPORTED_WORD, span, message)
                         .help("give the offset the number of its tool"))
                 }
@@ -155,24 +154,17 @@ impl Interpreter {
                     codes::NO_TOOL,
                     span,
                     if of_spindle {
-                        format!(
-                            "{} H0 uses the length of the tool in the spindle, but no tool is in the spindle",
-                            g_name(code)
-                        )
+                        format!("{} H0 uses the length of the tool in the spindle, but no tool is in the spindle", code)
                     } else {
-                        format!("{} has no H, and no tool is in the spindle", g_name(code))
+                        format!("{code} has no H, and no tool is in the spindle")
                     },
                 )
                 .help("write H, or change a tool first")),
             };
         }
         self.own.h.ok_or_else(|| {
-            Fault::new(
-                codes::MISSING_VALUE,
-                span,
-                format!("{} has no H, and no H was programmed before it", g_name(code)),
-            )
-            .help("write H1")
+            Fault::new(codes::MISSING_VALUE, span, format!("{code} has no H, and no H was programmed before it"))
+                .help("write H1")
         })
     }
 
@@ -325,18 +317,18 @@ impl Interpreter {
             return Ok(());
         };
         self.modal.comp = match code {
-            400 => CompSide::Off,
-            410 | 411 => CompSide::Left,
+            G40 => CompSide::Off,
+            G41 | G41_1 => CompSide::Left,
             _ => CompSide::Right,
         };
-        if code == 400 {
+        if code == G40 {
             self.tell_idle_number(p, b'D', "G40");
             self.tell_compensation(None, None);
             return Ok(());
         }
-        if matches!(code, 411 | 421) {
+        if matches!(code, G41_1 | G42_1) {
             let Some(diameter) = self.length_of(p, b'D') else {
-                return Err(Fault::new(codes::MISSING_VALUE, span, format!("{} has no D", g_name(code)))
+                return Err(Fault::new(codes::MISSING_VALUE, span, format!("{code} has no D"))
                     .help("write the diameter of the cutter"));
             };
             if let Some(orientation) = p.take(b'L').filter(|&l| l != 0.0) {
@@ -367,8 +359,8 @@ impl Interpreter {
     /// G41 and G42 without a D, where no D came before. A control takes the offset zero then, and
     /// the path is that of the center: refused. Where the control is only assumed, the radius of
     /// the tool in the spindle is taken.
-    fn without_radius(&mut self, code: u32, span: Span) -> Result<(), Fault> {
-        let name = g_name(code);
+    fn without_radius(&mut self, code: GCode, span: Span) -> Result<(), Fault> {
+        let name = code.to_string();
         if self.settings.control.length_of_tool {
             return Ok(());
         }

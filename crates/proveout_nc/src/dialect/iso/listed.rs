@@ -11,6 +11,7 @@ use crate::control::Meaning;
 use crate::control::words::{Builtin, ListedWord};
 use crate::diagnostic::{Fault, Span};
 use crate::dialect::listed::refused_by;
+use crate::g_code::G53;
 use crate::machine_data::KinematicsKind;
 
 /// Words of the control file are kept among the functions, from this number on by their place in
@@ -84,7 +85,7 @@ impl Interpreter {
             return Err(Fault::new(codes::CONFLICT, span, format!("machine coordinates of {word} need G0 in force"))
                 .help("write G0 in its block"));
         }
-        self.put_g(p, 530, span)
+        self.put_g(p, G53, span)
     }
 
     fn listed_tcp(&mut self, word: &str, on: bool, span: Span) -> Result<(), Fault> {

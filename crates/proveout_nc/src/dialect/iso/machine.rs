@@ -29,6 +29,7 @@ use super::words::Group;
 use crate::channel::unknown_axes;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::g_code::*;
 use crate::{AxisValues, Offset, Op};
 
 /// What the twin does with machine coordinates under tool center point control.
@@ -46,15 +47,15 @@ const SECOND_REFERENCE: u32 = 5181;
 
 impl Interpreter {
     /// A word that acts in its block only.
-    pub(crate) fn one_shot(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+    pub(crate) fn one_shot(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
         match code {
-            930 if self.settings.control.depth_in_i => self.fagor_pole(p, span)?,
-            700 | 710 if self.own.flavor == Flavor::Haas => self.bolt_holes(code, p, span)?,
-            120 | 130 => self.circular_pocket(code, p, span)?,
-            710 => self.return_level_word(p, span)?,
-            50 | 51 => {
+            G93 if self.settings.control.depth_in_i => self.fagor_pole(p, span)?,
+            G70 | G71 if self.own.flavor == Flavor::Haas => self.bolt_holes(code, p, span)?,
+            G12 | G13 => self.circular_pocket(code, p, span)?,
+            G71 => self.return_level_word(p, span)?,
+            G5 | G5_1 => {
                 // High-speed and smoothing modes of a Fanuc: where corners go is the tolerance of the machine.
-                let mut text = if code == 50 { "G5".to_owned() } else { "G5.1".to_owned() };
+                let mut text = code.to_string();
                 for letter in *b"PQRXYZABC" {
                     if let Some(value) = p.take(letter) {
                         text.push_str(&format!(" {}{value}", char::from(letter)));
@@ -62,19 +63,19 @@ impl Interpreter {
                 }
                 self.note(text);
             }
-            100 => self.write_data(p, span)?,
-            270 | 600 => self.positioning(code, p, span)?,
-            280 => self.reference(p, "G28", FIRST_REFERENCE, span)?,
-            300 => self.reference(p, "G30", SECOND_REFERENCE, span)?,
-            281 => self.store_reference(FIRST_REFERENCE, span)?,
-            301 => self.store_reference(SECOND_REFERENCE, span)?,
-            310 => {
+            G10 => self.write_data(p, span)?,
+            G27 | G60 => self.positioning(code, p, span)?,
+            G28 => self.reference(p, "G28", FIRST_REFERENCE, span)?,
+            G30 => self.reference(p, "G30", SECOND_REFERENCE, span)?,
+            G28_1 => self.store_reference(FIRST_REFERENCE, span)?,
+            G30_1 => self.store_reference(SECOND_REFERENCE, span)?,
+            G31 => {
                 self.before_motion(p.axes(), p, span)?;
-                self.probe(p, 310, span)?;
+                self.probe(p, G31, span)?;
             }
-            520 | 920..=923 => self.shift_word(code, p, span)?,
-            530 => self.machine_block(p, span)?,
-            531 | 536 | 2530 => self.turn_to_plane(code, p, span)?,
+            G52 | GCode(92, 0..=3) => self.shift_word(code, p, span)?,
+            G53 => self.machine_block(p, span)?,
+            G53_1 | G53_6 | G253 => self.turn_to_plane(code, p, span)?,
             _ => {}
         }
         Ok(())
@@ -82,15 +83,15 @@ impl Interpreter {
 
     /// G27 and G60 of a Fanuc: a rapid motion to the programmed point. G27 checks that it is the reference
     /// point; G60 comes from one side, by an overrun that is a parameter of the control.
-    fn positioning(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+    fn positioning(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let axes = p.axes();
         if axes == 0 {
-            let word = if code == 270 { "G27" } else { "G60" };
+            let word = if code == G27 { "G27" } else { "G60" };
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("{word} names no axis")).help("write its point"));
         }
         self.before_motion(axes, p, span)?;
         let (end, programmed) = self.targets(p, span)?;
-        self.assume(if code == 270 {
+        self.assume(if code == G27 {
             "G27 goes to the programmed point at rapid rate; whether it is the reference point is not checked"
         } else {
             "G60 goes straight to its point at rapid rate, without the overrun of the control (parameter 5440)"

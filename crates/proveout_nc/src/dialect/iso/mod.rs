@@ -59,6 +59,7 @@ use super::Reader;
 use super::listed::{UnlistedWords, each_line};
 use crate::control::words::Builtin;
 use crate::diagnostic::Diagnostic;
+use crate::g_code::{G65, G66, G67};
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
 
@@ -72,7 +73,7 @@ pub(crate) fn does_word(dialect: Dialect, word: Builtin) -> bool {
     };
     match word {
         Builtin::G(code) => {
-            !matches!(code, 650 | 660 | 670) && matches!(words::classify(flavor, code), words::GWordClass::Known(_))
+            !matches!(code, G65 | G66 | G67) && matches!(words::classify(flavor, code), words::GWordClass::Known(_))
         }
         Builtin::M(code) => {
             use words::Function::{CoolantOff, CoolantOn, Orient, Override, Rigid, Spindle, Stop, ToolChange};

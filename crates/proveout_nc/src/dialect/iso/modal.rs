@@ -3,6 +3,7 @@
 use super::flavor::Flavor;
 use crate::control::{Centers, Control, StartFeed, StartMotion};
 use crate::frame::Frame;
+use crate::g_code::{G0, G1, G80, GCode};
 use crate::{CompSide, PathMode};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,10 +111,10 @@ impl Frames {
 pub(crate) struct Modal {
     /// None where no motion word is in force: at the start, on a `LinuxCNC` after G80.
     pub(crate) motion: Option<MotionMode>,
-    /// Code of the motion or probing word, times ten.
-    pub(crate) motion_code: u32,
-    /// Code of the drilling cycle in force.
-    pub(crate) cycle: Option<u32>,
+    /// The motion or probing word.
+    pub(crate) motion_code: GCode,
+    /// The drilling cycle in force.
+    pub(crate) cycle: Option<GCode>,
     /// Index of the axis normal to the working plane: 2 for G17, 1 for G18, 0 for G19.
     pub(crate) normal: usize,
     pub(crate) incremental: bool,
@@ -171,9 +172,9 @@ impl Modal {
     pub(crate) fn new(control: &Control) -> Self {
         let start = &control.start;
         let (motion, motion_code) = match start.motion {
-            Some(StartMotion::Rapid) => (Some(MotionMode::Rapid), 0),
-            Some(StartMotion::Linear) => (Some(MotionMode::Linear), 10),
-            Some(StartMotion::None) | None => (None, 800),
+            Some(StartMotion::Rapid) => (Some(MotionMode::Rapid), G0),
+            Some(StartMotion::Linear) => (Some(MotionMode::Linear), G1),
+            Some(StartMotion::None) | None => (None, G80),
         };
         Self {
             motion,

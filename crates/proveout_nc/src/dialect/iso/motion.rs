@@ -12,6 +12,7 @@ use crate::codes;
 use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
+use crate::g_code::*;
 use crate::{AxisValues, Motion, Op, ProbeMotion, SpindleDirection, SplineMotion};
 
 /// Most repetitions of the motion of a block.
@@ -45,7 +46,7 @@ impl Interpreter {
         let vector = self.modal.vectors && p.any_free(b"IJK");
         let arc = matches!(mode, MotionMode::Clockwise | MotionMode::CounterClockwise);
         if mode == MotionMode::Probe && axes == 0 && p.g(Group::Motion).is_some() {
-            let message = format!("{} names no axis", super::block::g_name(self.modal.motion_code));
+            let message = format!("{} names no axis", self.modal.motion_code);
             return Err(
                 Fault::new(codes::MISSING_VALUE, span, message).help("write the point that is probed for: G38.2 Z-5")
             );
@@ -92,7 +93,7 @@ impl Interpreter {
     /// codes). On a Fanuc bit 0 of parameter 3402 decides, G0 where it is not set.
     fn motion_at_power_on(&mut self) {
         self.modal.motion = Some(MotionMode::Rapid);
-        self.modal.motion_code = 0;
+        self.modal.motion_code = G0;
         self.assume(
             "no G0 or G1 before the first axis word: it is read as G0, which is in force at power-on unless the \
              control is set up to begin with G1",
@@ -114,7 +115,7 @@ impl Interpreter {
         }
         let scaled = self.modal.frames.scale != Frame::IDENTITY;
         if scaled
-            && (axes & ROTARY != 0 || self.modal.cycle.is_some_and(|code| !matches!(code, 810 | 820 | 850 | 860 | 890)))
+            && (axes & ROTARY != 0 || self.modal.cycle.is_some_and(|code| !matches!(code, G81 | G82 | G85 | G86 | G89)))
         {
             return Err(Fault::new(
                 codes::UNSUPPORTED_WORD,
@@ -152,7 +153,7 @@ impl Interpreter {
     fn length_letters(&self) -> &'static [u8] {
         match (self.modal.cycle, self.modal.motion) {
             // K and L of a drilling cycle are a number of holes, P is a time.
-            (Some(730 | 760 | 770 | 830 | 870), _) => b"RQIJ",
+            (Some(G73 | G76 | G77 | G83 | G87), _) => b"RQIJ",
             (Some(_), _) => b"RQ",
             (None, Some(MotionMode::Clockwise | MotionMode::CounterClockwise)) => b"IJKR",
             (None, Some(MotionMode::Spline)) => b"IJPQ",
@@ -387,7 +388,7 @@ impl Interpreter {
         };
         let (end, programmed) = self.targets(p, span)?;
         let start = self.position.work;
-        if self.modal.motion_code == 331 {
+        if self.modal.motion_code == G33_1 {
             // The tool comes back there.
             for axis in (0..9).filter(|axis| programmed >> axis & 1 == 1) {
                 self.known(axis, span)?;
@@ -395,7 +396,7 @@ impl Interpreter {
         }
         let motion = self.complete(end, programmed, false, span)?;
         self.go_thread(motion, pitch, None);
-        if self.modal.motion_code == 331 {
+        if self.modal.motion_code == G33_1 {
             let back = self.complete(start, programmed, false, span)?;
             let reversed = match self.technology.direction {
                 SpindleDirection::CounterClockwise => SpindleDirection::Clockwise,
@@ -407,23 +408,23 @@ impl Interpreter {
     }
 
     /// G31, G38.2 to G38.5.
-    pub(crate) fn probe(&mut self, p: &mut Pending, code: u32, span: Span) -> Result<(), Fault> {
+    pub(crate) fn probe(&mut self, p: &mut Pending, code: GCode, span: Span) -> Result<(), Fault> {
         let (end, programmed) = self.targets(p, span)?;
         // Haas: M79 makes a miss an alarm.
-        let must_switch = matches!(code, 382 | 384) || p.has_m(79);
+        let must_switch = matches!(code, G38_2 | G38_4) || p.has_m(79);
         self.need_feed(programmed, span)?;
         if self.is_rs274() {
             let way = (0..3).map(|axis| end.get(axis).zip(self.position.work.get(axis)).map(|(to, from)| to - from));
             let square: Option<f64> = way.map(|d| d.map(|d| d * d)).sum();
             if square.is_some_and(|square| square.sqrt() < LEAST_PROBING_MM) {
-                let message = format!("{} has less than {LEAST_PROBING_MM} mm to go", super::block::g_name(code));
+                let message = format!("{code} has less than {LEAST_PROBING_MM} mm to go");
                 return Err(Fault::new(codes::BAD_VALUE, span, message).help("begin farther away from the point"));
             }
         }
         let motion = self.complete(end, programmed, false, span)?;
         self.position.move_to(motion.end, motion.end_base);
         self.begin_motion();
-        self.emit(Op::Probe(ProbeMotion { motion, away: matches!(code, 384 | 385), must_switch }));
+        self.emit(Op::Probe(ProbeMotion { motion, away: matches!(code, G38_4 | G38_5), must_switch }));
         Ok(())
     }
 
@@ -442,7 +443,7 @@ impl Interpreter {
         let missing = |words: &str| {
             Fault::new(codes::MISSING_VALUE, span, format!("the spline needs {words}")).help("write the control points")
         };
-        let quadratic = self.modal.motion_code == 51;
+        let quadratic = self.modal.motion_code == G5_1;
         let second = if quadratic {
             None
         } else {

@@ -12,6 +12,7 @@ use super::technology::LINEAR;
 use super::words::Group;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
+use crate::g_code::{G5_3, G80};
 use crate::spline::{self, CHORD_TOLERANCE_MM, Homogeneous};
 use crate::{CompSide, Op, SplineMotion};
 
@@ -22,7 +23,7 @@ const MAX_POINTS: usize = 10_000;
 
 impl Interpreter {
     pub(crate) fn nurbs_block(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        if p.g(Group::Motion) == Some(53) {
+        if p.g(Group::Motion) == Some(G5_3) {
             return self.nurbs_end(p, span);
         }
         let wrong = |message: &str, help: &str| Err(Fault::new(codes::ARC_GEOMETRY, span, message).help(help));
@@ -83,7 +84,7 @@ impl Interpreter {
 
     fn nurbs_end(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         self.modal.motion = None;
-        self.modal.motion_code = 800;
+        self.modal.motion_code = G80;
         let wrong = |message: String, help: &str| Err(Fault::new(codes::ARC_GEOMETRY, span, message).help(help));
         let Some(curve) = self.own.nurbs.take() else {
             return Err(Fault::new(codes::STRUCTURE, span, "G5.3 has no G5.2 before it").help("write G5.2"));

@@ -1,6 +1,5 @@
 //! Work offsets and shifts: G54 and its relatives, G52, G92, G10; corners: G61, G64.
 
-use super::block::g_name;
 use super::calls::whole;
 use super::flavor::Flavor;
 use super::modal::{Plane, Shift};
@@ -12,6 +11,7 @@ use crate::channel::unknown_axis;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
+use crate::g_code::*;
 use crate::{Offset, Op, Override, PathMode, WorkOffset};
 
 /// Tolerance that bounds nothing on a machine tool, mm.
@@ -54,20 +54,19 @@ impl Interpreter {
         let Some(code) = p.g(Group::WorkOffset) else { return Ok(()) };
         // `G54 P1` is another spelling of `G54.1 P1`.
         let numbered =
-            code == 541 || code == 1540 || code == 540 && self.own.flavor == Flavor::Fanuc && p.any_free(b"P");
+            code == G54_1 || code == G154 || code == G54 && self.own.flavor == Flavor::Fanuc && p.any_free(b"P");
         let word = if numbered {
             let highest = if self.own.flavor == Flavor::Haas { 99.0 } else { 300.0 };
             let number = p.take(b'P').ok_or_else(|| {
-                Fault::new(codes::MISSING_VALUE, span, format!("{} has no P", g_name(code)))
-                    .help("write G54.1 P1 or G154 P1")
+                Fault::new(codes::MISSING_VALUE, span, format!("{code} has no P")).help("write G54.1 P1 or G154 P1")
             })?;
             let number = whole(number, "P", highest, span)?;
-            let head = if code == 1540 { "G154" } else { "G54.1" };
+            let head = if code == G154 { "G154" } else { "G54.1" };
             format!("{head} P{number}")
-        } else if code >= 1100 {
-            format!("G154 P{}", (code - 1100) / 10 + 1)
+        } else if let GCode(number @ 110.., _) = code {
+            format!("G154 P{}", number - 109)
         } else {
-            g_name(code)
+            code.to_string()
         };
         self.call_offset(word, span)
     }
@@ -114,12 +113,12 @@ impl Interpreter {
     }
 
     /// G52, G92, G92.1 to G92.3.
-    pub(crate) fn shift_word(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let word = g_name(code);
-        if code == 920 && p.axes() != 0 && p.has(b'F') && !self.own.flavor.is_linuxcnc() {
+    pub(crate) fn shift_word(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let word = code.to_string();
+        if code == G92 && p.axes() != 0 && p.has(b'F') && !self.own.flavor.is_linuxcnc() {
             return Err(of_a_lathe("G92 with F", "cuts a thread", span));
         }
-        if code == 920 && p.axes() == 0 {
+        if code == G92 && p.axes() == 0 {
             // G92 S has been read with the speeds.
             return if p.has(b'S') {
                 Ok(())
@@ -129,18 +128,18 @@ impl Interpreter {
         }
         let linuxcnc = self.own.flavor.is_linuxcnc();
         // Axis letters in a block with G92.1 to G92.3 belong to the motion of the block there.
-        let values = if linuxcnc && code > 920 { [None; 6] } else { self.shift_values(p, &word, span)? };
+        let values = if linuxcnc && code > G92 { [None; 6] } else { self.shift_values(p, &word, span)? };
         let frames = &mut self.modal.frames;
         match code {
             // On a LinuxCNC G52 writes the registers of G92.
-            520 => {
+            G52 => {
                 let target: &mut Shift = if linuxcnc { &mut frames.shift } else { &mut frames.local };
                 for (slot, value) in target.iter_mut().zip(values) {
                     *slot = value.unwrap_or(*slot);
                 }
             }
-            920 => self.set_position(values, span)?,
-            921 if !linuxcnc => {
+            G92 => self.set_position(values, span)?,
+            G92_1 if !linuxcnc => {
                 for (axis, value) in values.iter().enumerate() {
                     if value.is_some() {
                         frames.shift[axis] = 0.0;
@@ -148,8 +147,8 @@ impl Interpreter {
                     }
                 }
             }
-            921 => (frames.shift, frames.kept_shift) = ([0.0; 6], None),
-            922 => {
+            G92_1 => (frames.shift, frames.kept_shift) = ([0.0; 6], None),
+            G92_2 => {
                 if frames.kept_shift.is_none() {
                     frames.kept_shift = Some(std::mem::take(&mut frames.shift));
                 }
@@ -350,19 +349,19 @@ impl Interpreter {
         let continuous = |tolerance| PathMode::Continuous { tolerance, orientation_tolerance: None };
         let mode = match code {
             // LinuxCNC: exact path, corners are met but not stopped at when they are smooth.
-            610 if self.own.flavor.is_linuxcnc() => continuous(Some(0.0)),
-            610 => PathMode::ExactStop,
-            611 if self.own.flavor == Flavor::Fanuc && !self.own.assumed => {
+            G61 if self.own.flavor.is_linuxcnc() => continuous(Some(0.0)),
+            G61 => PathMode::ExactStop,
+            G61_1 if self.own.flavor == Flavor::Fanuc && !self.own.assumed => {
                 self.assume("G61.1 is the path mode of a Mazak and a Mitsubishi, which runs through the blocks: a Fanuc has no such word");
                 continuous(None)
             }
-            611 => {
+            G61_1 => {
                 if !self.own.flavor.is_linuxcnc() {
                     self.assume("G61.1 stops at every block, as on a LinuxCNC; on a Mazak and a Mitsubishi it makes corners more exact");
                 }
                 PathMode::ExactStop
             }
-            640 if self.own.flavor.is_linuxcnc() => {
+            G64 if self.own.flavor.is_linuxcnc() => {
                 let written = bound(self.length_of(p, b'P'))?;
                 let tolerance = written.or_else(|| self.without_tolerance());
                 if let Some(q) = p.take(b'Q') {
@@ -370,22 +369,22 @@ impl Interpreter {
                 }
                 continuous(tolerance)
             }
-            1870 => {
+            G187 => {
                 if let Some(level) = p.take(b'P') {
                     self.note(format!("G187 P{level}"));
                 }
                 continuous(bound(self.length_of(p, b'E'))?)
             }
-            620 => {
+            G62 => {
                 self.note("G62");
                 continuous(None)
             }
             _ => continuous(None),
         };
-        if (code == 630) != self.modal.tapping {
+        if (code == G63) != self.modal.tapping {
             // G63 fixes the overrides until another word of the group.
-            self.modal.tapping = code == 630;
-            let enabled = self.own.overrides && code != 630;
+            self.modal.tapping = code == G63;
+            let enabled = self.own.overrides && code != G63;
             self.emit(Op::Override(Override { enabled, feed: 1.0 }));
         }
         self.modal.path_mode = Some(mode);

@@ -1,6 +1,7 @@
 //! The words of one block, sorted: what the block asks for, before anything is done.
 
 use super::words::Group;
+use crate::g_code::{G0, G80, GCode};
 
 /// The words of a block by letter. A word that has no use in its block is refused.
 #[derive(Clone, Debug)]
@@ -9,8 +10,8 @@ pub(crate) struct Pending {
     set: u32,
     taken: u32,
     points: u32,
-    /// G words times ten with their groups, in the order of the text.
-    g: [(u32, Group); 16],
+    /// G words with their groups, in the order of the text.
+    g: [(GCode, Group); 16],
     g_count: usize,
     /// Groups that occur, by bit.
     groups: u32,
@@ -49,7 +50,7 @@ impl Pending {
             set: 0,
             taken: 0,
             points: 0,
-            g: [(0, Group::OneShot); 16],
+            g: [(G0, Group::OneShot); 16],
             g_count: 0,
             groups: 0,
             m: [0; 10],
@@ -182,15 +183,15 @@ impl Pending {
         letters.iter().any(|&letter| self.set & !self.taken & bit(letter) != 0)
     }
 
-    /// Adds a G word; returns the code of another word of its group in the block, if there is one.
-    pub(crate) fn put_g(&mut self, code: u32, group: Group) -> Result<Option<u32>, Full> {
+    /// Adds a G word; returns another word of its group in the block, if there is one.
+    pub(crate) fn put_g(&mut self, code: GCode, group: Group) -> Result<Option<GCode>, Full> {
         let mask = 1 << group as u32;
         // On a LinuxCNC G80 is in the group of the motions, and any of them takes its place.
         if group == Group::Motion && self.groups & mask != 0 {
-            if code == 800 {
+            if code == G80 {
                 return Ok(None);
             }
-            if let Some(slot) = self.g[..self.g_count].iter_mut().find(|(other, g)| *g == group && *other == 800) {
+            if let Some(slot) = self.g[..self.g_count].iter_mut().find(|(other, g)| *g == group && *other == G80) {
                 slot.0 = code;
                 return Ok(None);
             }
@@ -207,7 +208,7 @@ impl Pending {
     }
 
     /// The G word of a group.
-    pub(crate) fn g(&self, group: Group) -> Option<u32> {
+    pub(crate) fn g(&self, group: Group) -> Option<GCode> {
         if self.groups & 1 << group as u32 == 0 {
             return None;
         }

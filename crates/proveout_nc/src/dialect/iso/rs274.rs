@@ -4,7 +4,7 @@
 //! (`tests/linuxcnc_blocks.rs`): which words a letter belongs to, which words take the axis letters, which M
 //! words exclude each other. A grbl and a Mach3 share the language and have rules of their own.
 
-use super::block::{NOTED_G, g_name};
+use super::block::NOTED_G;
 use super::listed::LISTED;
 use super::modal::FeedMode;
 use super::pending::{AXES, Pending};
@@ -14,59 +14,60 @@ use crate::CompSide;
 use crate::SpindleDirection;
 use crate::codes;
 use crate::control::Meaning;
+use crate::cycle::Key;
 use crate::diagnostic::{Fault, Span};
+use crate::g_code::*;
 
 /// Most M words of a block.
 const MOST_M: usize = 4;
 /// One-shot words that take the axis letters of their block.
-const TAKES_AXES: [u32; 5] = [100, 280, 300, 520, 920];
+const TAKES_AXES: [GCode; 5] = [G10, G28, G30, G52, G92];
 /// A number is whole where its fraction is no more than this.
 const NOT_WHOLE: f64 = 1e-4;
 
-/// A letter, and the words that it belongs to: motion words, other G words, M words (times ten, G as ten
-/// times its number).
+/// A letter, and the words that it belongs to: motion words, other G words, M words.
 struct Letter {
     letter: u8,
-    motions: &'static [u32],
-    others: &'static [u32],
+    motions: &'static [GCode],
+    others: &'static [GCode],
     functions: &'static [u32],
 }
 
 /// Letters that have a meaning only together with one of these words.
 const LETTERS: [Letter; 10] = [
-    Letter { letter: b'D', motions: &[700, 710, 711, 712], others: &[410, 420, 411, 421, 960], functions: &[] },
-    Letter { letter: b'E', motions: &[700, 760], others: &[], functions: &[66, 67, 68] },
-    Letter { letter: b'H', motions: &[760], others: &[430, 432], functions: &[] },
+    Letter { letter: b'D', motions: &[G70, G71, G71_1, G71_2], others: &[G41, G42, G41_1, G42_1, G96], functions: &[] },
+    Letter { letter: b'E', motions: &[G70, G76], others: &[], functions: &[66, 67, 68] },
+    Letter { letter: b'H', motions: &[G76], others: &[G43, G43_2], functions: &[] },
     Letter {
         letter: b'I',
-        motions: &[20, 30, 50, 51, 331, 700, 710, 711, 712, 720, 760, 870],
-        others: &[100],
+        motions: &[G2, G3, G5, G5_1, G33_1, G70, G71, G71_1, G71_2, G72, G76, G87],
+        others: &[G10],
         functions: &[],
     },
-    Letter { letter: b'J', motions: &[20, 30, 50, 51, 760, 870], others: &[100], functions: &[] },
-    Letter { letter: b'K', motions: &[20, 30, 330, 331, 760, 870], others: &[], functions: &[] },
+    Letter { letter: b'J', motions: &[G2, G3, G5, G5_1, G76, G87], others: &[G10], functions: &[] },
+    Letter { letter: b'K', motions: &[G2, G3, G33, G33_1, G76, G87], others: &[], functions: &[] },
     Letter {
         letter: b'L',
-        motions: &[52, 730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890],
-        others: &[100, 410, 420, 411, 421],
+        motions: &[G5_2, G73, G74, G76, G81, G82, G83, G84, G85, G86, G87, G88, G89],
+        others: &[G10, G41, G42, G41_1, G42_1],
         functions: &[66, 98],
     },
     Letter {
         letter: b'P',
-        motions: &[20, 30, 50, 52, 740, 760, 820, 840, 860, 880, 890],
-        others: &[100, 40, 640],
+        motions: &[G2, G3, G5, G5_2, G74, G76, G82, G84, G86, G88, G89],
+        others: &[G10, G4, G64],
         functions: &[50, 51, 52, 53, 62, 63, 64, 65, 66, 19, 98],
     },
     Letter {
         letter: b'Q',
-        motions: &[50, 700, 710, 711, 712, 720, 730, 760, 830],
-        others: &[100, 640],
+        motions: &[G5, G70, G71, G71_1, G71_2, G72, G73, G76, G83],
+        others: &[G10, G64],
         functions: &[61, 66, 67, 68, 19],
     },
     Letter {
         letter: b'R',
-        motions: &[20, 30, 700, 710, 711, 712, 720, 730, 740, 760, 810, 820, 830, 840, 850, 860, 870, 880, 890],
-        others: &[100, 411, 421],
+        motions: &[G2, G3, G70, G71, G71_1, G71_2, G72, G73, G74, G76, G81, G82, G83, G84, G85, G86, G87, G88, G89],
+        others: &[G10, G41_1, G42_1],
         functions: &[19],
     },
 ];
@@ -96,9 +97,8 @@ impl Interpreter {
         self.own.flavor.is_linuxcnc() && !control.grbl_words && !control.mach3_words
     }
 
-    /// The motion that a block asks for, as ten times the number of its word; none where its axis letters
-    /// belong to another word.
-    pub(super) fn motion_to_be(&self, p: &Pending) -> Option<u32> {
+    /// The motion word of a block; none where its axis letters belong to another word.
+    pub(super) fn motion_to_be(&self, p: &Pending) -> Option<GCode> {
         if let Some(code) = p.g(Group::Motion) {
             return Some(code);
         }
@@ -107,9 +107,9 @@ impl Interpreter {
         }
         let in_force = self.modal.cycle.or_else(|| self.modal.motion.map(|_| self.modal.motion_code));
         if p.axes() != 0 || p.has_polar() {
-            return in_force.filter(|_| p.g(Group::ToolLength) != Some(431));
+            return in_force.filter(|_| p.g(Group::ToolLength) != Some(G43_1));
         }
-        in_force.filter(|code| matches!(code, 20 | 30) && p.any_free(b"IJK"))
+        in_force.filter(|code| matches!(*code, G2 | G3) && p.any_free(b"IJK"))
     }
 
     /// What the interpreter refuses before it does anything.
@@ -134,25 +134,25 @@ impl Interpreter {
 
     /// G5 and G5.1 leave the motion word in force as it was (`convert_spline` sets no motion mode):
     /// a block after them without a motion word is a line, an arc or a hole, and not a spline.
-    fn behind_spline(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
-        let Some(code @ (50 | 51)) = motion.filter(|_| p.g(Group::Motion).is_none()) else { return Ok(()) };
+    fn behind_spline(&self, p: &Pending, motion: Option<GCode>, span: Span) -> Result<(), Fault> {
+        let Some(code @ (G5 | G5_1)) = motion.filter(|_| p.g(Group::Motion).is_none()) else { return Ok(()) };
         let message = format!(
             "the block after {} has no motion word: the control makes the motion that was in force before it",
-            g_name(code)
+            code
         );
         Err(Fault::new(codes::MISSING_VALUE, span, message).help("write the motion word in this block"))
     }
 
     /// Refuses what is not allowed while cutter compensation is on.
-    fn compensation_rules(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
+    fn compensation_rules(&self, p: &Pending, motion: Option<GCode>, span: Span) -> Result<(), Fault> {
         let before = self.modal.comp != CompSide::Off;
         let word = p.g(Group::CutterComp);
-        let behind = word.map_or(before, |code| code != 400);
+        let behind = word.map_or(before, |code| code != G40);
         if !before && !behind {
             return Ok(());
         }
         let refuse = |what: &str| Err(wrong(span, format!("{what} under cutter compensation"), "write G40 before it"));
-        if word.is_some_and(|code| code != 400) {
+        if word.is_some_and(|code| code != G40) {
             if before {
                 return refuse("G41 or G42");
             }
@@ -174,20 +174,20 @@ impl Interpreter {
         if behind {
             for group in [Group::ToolLength, Group::WorkOffset, Group::PathMode, Group::Return] {
                 if let Some(code) = p.g(group) {
-                    return refuse(&g_name(code));
+                    return refuse(&code.to_string());
                 }
             }
-            if let Some(code) = p.g(Group::OneShot).filter(|code| *code != 40) {
-                return refuse(&g_name(code));
+            if let Some(code) = p.g(Group::OneShot).filter(|code| *code != G4) {
+                return refuse(&code.to_string());
             }
-            if let Some(code) = motion.filter(|code| matches!(code, 382..=385)) {
-                return refuse(&g_name(code));
+            if let Some(code) = motion.filter(|code| matches!(*code, GCode(38, 2..=5))) {
+                return refuse(&code.to_string());
             }
         }
         Ok(())
     }
 
-    fn axis_letters(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
+    fn axis_letters(&self, p: &Pending, motion: Option<GCode>, span: Span) -> Result<(), Fault> {
         let axes = p.axes() != 0;
         let one_shot = p.g(Group::OneShot);
         let takes = one_shot.filter(|code| TAKES_AXES.contains(code));
@@ -197,37 +197,37 @@ impl Interpreter {
         if p.has_polar() && (p.has(b'X') || p.has(b'Y')) {
             return Err(wrong(span, "X or Y together with a polar radius or angle", "write one of the two"));
         }
-        if let Some(length) = p.g(Group::ToolLength).filter(|code| matches!(code, 431 | 432) && axes)
-            && let Some(motion) = p.g(Group::Motion).filter(|code| *code != 800)
+        if let Some(length) = p.g(Group::ToolLength).filter(|code| matches!(*code, G43_1 | G43_2) && axes)
+            && let Some(motion) = p.g(Group::Motion).filter(|code| *code != G80)
         {
-            let message = format!("{} and {} both take the axis letters of the block", g_name(length), g_name(motion));
+            let message = format!("{length} and {motion} both take the axis letters of the block");
             return Err(wrong(span, message, "write them in blocks of their own"));
         }
-        if let Some(length) = p.g(Group::ToolLength).filter(|code| matches!(code, 431 | 432) && axes)
+        if let Some(length) = p.g(Group::ToolLength).filter(|code| matches!(*code, G43_1 | G43_2) && axes)
             && let Some(other) = takes
         {
-            let message = format!("{} and {} both take the axis letters of the block", g_name(length), g_name(other));
+            let message = format!("{length} and {other} both take the axis letters of the block");
             return Err(wrong(span, message, "write them in blocks of their own"));
         }
-        if let Some(code) = takes.filter(|code| matches!(code, 520 | 920) && !axes) {
-            let message = format!("{} names no axis", g_name(code));
-            return Err(Fault::new(codes::MISSING_VALUE, span, message).help(format!("write {} X0", g_name(code))));
+        if let Some(code) = takes.filter(|code| matches!(*code, G52 | G92) && !axes) {
+            let message = format!("{code} names no axis");
+            return Err(Fault::new(codes::MISSING_VALUE, span, message).help(format!("write {code} X0")));
         }
         match (p.g(Group::Motion), takes) {
-            (Some(800), None) if axes || p.has_polar() => {
+            (Some(G80), None) if axes || p.has_polar() => {
                 Err(wrong(span, "axis letters with G80, which moves no axis", "write G0 or G1"))
             }
-            (Some(code), Some(other)) if code != 800 => {
-                let message = format!("{} and {} both take the axis letters of the block", g_name(code), g_name(other));
+            (Some(code), Some(other)) if code != G80 => {
+                let message = format!("{code} and {other} both take the axis letters of the block");
                 Err(wrong(span, message, "write them in blocks of their own"))
             }
-            (Some(code), None) if !axes && !p.has_polar() && !matches!(code, 0 | 10 | 20 | 30 | 52 | 53 | 800) => {
-                let message = format!("{} names no axis", g_name(code));
+            (Some(code), None) if !axes && !p.has_polar() && !matches!(code, G0 | G1 | G2 | G3 | G5_2 | G5_3 | G80) => {
+                let message = format!("{code} names no axis");
                 Err(Fault::new(codes::MISSING_VALUE, span, message).help("write its point"))
             }
             (None, None) if (axes || p.has_polar()) && motion.is_none() && !Self::offsets_take_axes(p) => {
                 let message = "axis letters without a motion word in force";
-                if p.g(Group::OneShot) == Some(40) {
+                if p.g(Group::OneShot) == Some(G4) {
                     return Err(
                         Fault::new(codes::MISSING_VALUE, span, message).help("a dwell is written G4 P0.5 (seconds)")
                     );
@@ -240,31 +240,31 @@ impl Interpreter {
 
     /// G43.1 takes the axis letters of a block without a motion word.
     fn offsets_take_axes(p: &Pending) -> bool {
-        p.g(Group::ToolLength) == Some(431)
+        p.g(Group::ToolLength) == Some(G43_1)
     }
 
     fn plane_of(&self, p: &Pending) -> usize {
         match p.g(Group::Plane) {
-            Some(170) => 2,
-            Some(180) => 1,
+            Some(G17) => 2,
+            Some(G18) => 1,
             Some(_) => 0,
             None => self.modal.normal,
         }
     }
 
-    fn one_shot_rules(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
+    fn one_shot_rules(&self, p: &Pending, motion: Option<GCode>, span: Span) -> Result<(), Fault> {
         match p.g(Group::OneShot) {
-            Some(40) if matches!(motion, Some(20 | 30)) => {
+            Some(G4) if matches!(motion, Some(G2 | G3)) => {
                 Err(wrong(span, "G4 in a block with an arc: both take P", "write them in blocks of their own"))
             }
-            Some(40) if matches!(motion, Some(740 | 820 | 840 | 860 | 880 | 890)) => {
+            Some(G4) if matches!(motion, Some(G74 | G82 | G84 | G86 | G88 | G89)) => {
                 Err(wrong(span, "G4 in a block with a cycle: both take P", "write them in blocks of their own"))
             }
-            Some(100) => self.data_rules(p, span),
-            Some(530) if !matches!(motion, Some(0 | 10)) => {
+            Some(G10) => self.data_rules(p, span),
+            Some(G53) if !matches!(motion, Some(G0 | G1)) => {
                 Err(wrong(span, "G53 needs a motion with G0 or G1", "write G0 or G1 with G53, and its axes"))
             }
-            Some(530) if p.g(Group::Distance).map_or(self.modal.incremental, |code| code == 910) => {
+            Some(G53) if p.g(Group::Distance).map_or(self.modal.incremental, |code| code == G91) => {
                 let message = "G53 under G91: the control refuses both a position and an increment";
                 Err(wrong(span, message, "write G90 G53"))
             }
@@ -323,7 +323,7 @@ impl Interpreter {
         (m < NOTED_G).then_some(m)
     }
 
-    fn letters_of_words(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
+    fn letters_of_words(&self, p: &Pending, motion: Option<GCode>, span: Span) -> Result<(), Fault> {
         const GROUPS: [Group; 5] =
             [Group::OneShot, Group::CutterComp, Group::ToolLength, Group::SpindleMode, Group::PathMode];
         for rule in &LETTERS {
@@ -340,8 +340,8 @@ impl Interpreter {
                     .motions
                     .iter()
                     .chain(rule.others)
-                    .filter(|code| !matches!(code, 700..=728 | 760 | 870 | 880))
-                    .map(|&code| g_name(code))
+                    .filter(|code| !matches!(**code, GCode(70..=72, _) | G76 | G87 | G88))
+                    .map(ToString::to_string)
                     .chain(rule.functions.iter().map(|m| format!("M{m}")))
                     .collect();
                 let help = if words.is_empty() {
@@ -368,7 +368,7 @@ impl Interpreter {
             .is_some_and(|listed| listed.values.contains(&rule.letter))
     }
 
-    fn motion_rules(&self, p: &Pending, motion: Option<u32>, span: Span) -> Result<(), Fault> {
+    fn motion_rules(&self, p: &Pending, motion: Option<GCode>, span: Span) -> Result<(), Fault> {
         let has_m = |range: std::ops::RangeInclusive<u32>| {
             p.m().iter().any(|&m| self.function_number(m).is_some_and(|m| range.contains(&m)))
         };
@@ -384,10 +384,10 @@ impl Interpreter {
             }
         }
         let Some(motion) = motion else { return Ok(()) };
-        let name = g_name(motion);
+        let name = motion.to_string();
         let feed_mode = match p.g(Group::FeedMode) {
-            Some(930) => FeedMode::InverseTime,
-            Some(940) => FeedMode::PerTime,
+            Some(G93) => FeedMode::InverseTime,
+            Some(G94) => FeedMode::PerTime,
             Some(_) => FeedMode::PerRevolution,
             None => self.modal.feed_mode,
         };
@@ -399,28 +399,28 @@ impl Interpreter {
         });
         let turns = turns.unwrap_or(self.technology.direction);
         let compensated = match p.g(Group::CutterComp) {
-            Some(code) => code != 400,
+            Some(code) => code != G40,
             None => self.modal.comp != CompSide::Off,
         };
-        if p.g(Group::ToolLength) == Some(432) && p.has(b'H') && p.axes() != 0 {
+        if p.g(Group::ToolLength) == Some(G43_2) && p.has(b'H') && p.axes() != 0 {
             return Err(wrong(span, "G43.2 has H and axis letters", "write one of the two"));
         }
-        let in_feed = matches!(motion, 10 | 20 | 30 | 730 | 740 | 810..=890);
+        let in_feed = matches!(motion, G1 | G2 | G3 | GCode(73 | 74 | 81..=89, 0));
         if in_feed && self.settings.default_feed_mm_per_min.is_none() && !self.has_feed(p, feed_mode) {
             return Err(self.no_feed(span));
         }
-        if motion == 51 && !(p.has(b'I') && p.has(b'J')) {
+        if motion == G5_1 && !(p.has(b'I') && p.has(b'J')) {
             return Err(Fault::new(codes::MISSING_VALUE, span, "G5.1 needs I and J").help("write both"));
         }
         // The S of G96 counts too.
         let in_force = self.technology.speed.or(self.modal.surface.map(|(surface, _)| surface));
         let speed = p.peek(b'S').or(in_force).unwrap_or(0.0);
-        if matches!(motion, 10 | 20 | 30) && feed_mode == FeedMode::PerRevolution && speed == 0.0 {
+        if matches!(motion, G1 | G2 | G3) && feed_mode == FeedMode::PerRevolution && speed == 0.0 {
             return Err(wrong(span, format!("{name} in G95 has no spindle speed"), "write S before it"));
         }
         match motion {
-            20 | 30 => return self.arc_rules(p, &name, span),
-            330 | 331 => {
+            G2 | G3 => return self.arc_rules(p, &name, span),
+            G33 | G33_1 => {
                 if p.has(b'F') {
                     return Err(wrong(span, format!("F with {name}, whose feed is K"), "remove F"));
                 }
@@ -432,10 +432,10 @@ impl Interpreter {
                     return Err(wrong(span, format!("the spindle is stopped in {name}"), "write M3 or M4 before it"));
                 }
             }
-            382..=385 if feed_mode != FeedMode::PerTime => {
+            GCode(38, 2..=5) if feed_mode != FeedMode::PerTime => {
                 return Err(wrong(span, format!("{name} needs a feed in G94"), "write G94 and F"));
             }
-            730 | 740 | 810..=890 => {
+            GCode(73 | 74 | 81..=89, 0) => {
                 if compensated {
                     let message = format!("{name} under cutter compensation");
                     return Err(wrong(span, message, "write G40 before it"));
@@ -464,7 +464,7 @@ impl Interpreter {
             let message = format!("`{letter}` does not lie in the working plane of {name}");
             return Err(wrong(span, message, "choose the plane with G17, G18 or G19"));
         }
-        let absolute = p.g(Group::ArcDistance).map_or(self.modal.absolute_centers, |code| code == 901);
+        let absolute = p.g(Group::ArcDistance).map_or(self.modal.absolute_centers, |code| code == G90_1);
         if absolute && !p.has(b'R') {
             for axis in (0..3).filter(|&axis| axis != normal) {
                 if !p.has(letters[axis]) {
@@ -476,8 +476,8 @@ impl Interpreter {
         Ok(())
     }
 
-    fn cycle_rules(&self, p: &Pending, code: u32, turns: SpindleDirection, span: Span) -> Result<(), Fault> {
-        let name = g_name(code);
+    fn cycle_rules(&self, p: &Pending, code: GCode, turns: SpindleDirection, span: Span) -> Result<(), Fault> {
+        let name = code.to_string();
         for letter in *b"ABC" {
             if p.any_free(&[letter]) {
                 let message = format!("the rotary axis {} in the block of {name}", char::from(letter));
@@ -488,20 +488,20 @@ impl Interpreter {
             return Err(wrong(span, format!("L0 repeats {name} zero times"), "remove L"));
         }
         let turns_wrongly = match code {
-            740 => turns == SpindleDirection::Clockwise,
-            840 => turns == SpindleDirection::CounterClockwise,
+            G74 => turns == SpindleDirection::Clockwise,
+            G84 => turns == SpindleDirection::CounterClockwise,
             _ => false,
         };
-        if turns_wrongly || matches!(code, 740 | 840) && turns == SpindleDirection::Off {
-            let (word, thread) = if code == 840 { ("M3", "right-hand") } else { ("M4", "left-hand") };
+        if turns_wrongly || matches!(code, G74 | G84) && turns == SpindleDirection::Off {
+            let (word, thread) = if code == G84 { ("M3", "right-hand") } else { ("M4", "left-hand") };
             let message = format!("{name} cuts a {thread} thread, and the spindle does not turn with {word}");
             return Err(wrong(span, message, format!("write {word} before it")));
         }
-        if code == 860 && turns == SpindleDirection::Off {
+        if code == G86 && turns == SpindleDirection::Off {
             return Err(wrong(span, format!("the spindle is stopped in {name}"), "write M3 or M4 before it"));
         }
         // The interpreter takes Q-1 for no Q, and drills with the infeed of the block before.
-        if matches!(code, 730 | 830) && p.peek(b'Q').is_some_and(|q| q <= 0.0) {
+        if matches!(code, G73 | G83) && p.peek(b'Q').is_some_and(|q| q <= 0.0) {
             return Err(wrong(span, format!("the infeed Q of {name} must be above zero"), "write Q1"));
         }
         if self.modal.cycle == Some(code) {
@@ -509,12 +509,11 @@ impl Interpreter {
         }
         // Values of another cycle do not count for this one.
         let depth = AXES[self.plane_of(p)];
-        let needed: &[u8] = match code {
-            820 | 860 | 880 | 890 => b"RP",
-            730 | 830 => b"RQ",
-            _ => b"R",
-        };
-        for &letter in needed.iter().chain([&depth]) {
+        let needed = self.cycles().words(code).iter().filter(|word| word.written).filter_map(|word| match word.key {
+            Key::Letter(letter) if letter != b'Z' => Some(letter),
+            _ => None,
+        });
+        for letter in needed.chain([depth]) {
             if !p.has(letter) {
                 let message = format!("{name} has no `{}` in its first block", char::from(letter));
                 return Err(Fault::new(codes::MISSING_VALUE, span, message)

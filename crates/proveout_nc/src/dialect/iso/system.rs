@@ -8,6 +8,7 @@ use super::run_state::Interpreter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
+use crate::g_code::{G17, G18, G19, G40, G41, G42, G80};
 use crate::{AXIS_LETTERS, CompSide, PathMode, SpindleDirection, ToolName, WorkOffset};
 
 /// Work offsets by the first of their parameters; each takes twenty numbers.
@@ -99,7 +100,7 @@ impl Interpreter {
                 Length::Off => 49.0,
                 Length::Edge(_) | Length::Programmed(_) => 43.0,
             },
-            4009 => modal.cycle.map_or(80.0, |code| f64::from(code) / 10.0),
+            4009 => modal.cycle.unwrap_or(G80).number(),
             4011 => flag(modal.frames.scale != Frame::IDENTITY, 51.0, 50.0),
             4012..=4017 if self.settings.control.mitsubishi_variables => match number {
                 4012 => self.offset_in_force(),
@@ -124,7 +125,7 @@ impl Interpreter {
             5001..=5003 | 5041..=5043 => self.position_value((number as usize - 1) % 20 % 10, false, &name, span)?,
             5021..=5023 => self.position_value(number as usize - 5021, true, &name, span)?,
             5201..=5203 => self.shown(0, shift[number as usize - 5201]),
-            4001 => f64::from(modal.motion_code) / 10.0,
+            4001 => modal.motion_code.number(),
             4002 => 19.0 - modal.normal as f64,
             4003 => {
                 if modal.incremental {
@@ -214,13 +215,16 @@ impl Interpreter {
             "imperial" => truth(modal.inch == Some(true)),
             "absolute" => truth(!modal.incremental),
             "incremental" => truth(modal.incremental),
-            "plane" => [190.0, 180.0, 170.0][modal.normal.min(2)],
-            "motion_mode" => f64::from(modal.motion_code),
-            "ccomp" => match modal.comp {
-                CompSide::Off => 400.0,
-                CompSide::Left => 410.0,
-                CompSide::Right => 420.0,
-            },
+            "plane" => f64::from([G19, G18, G17][modal.normal.min(2)].tenths()),
+            "motion_mode" => f64::from(modal.motion_code.tenths()),
+            "ccomp" => {
+                let code = match modal.comp {
+                    CompSide::Off => G40,
+                    CompSide::Left => G41,
+                    CompSide::Right => G42,
+                };
+                f64::from(code.tenths())
+            }
             "coord_system" => {
                 let digits: String = modal.offset.chars().filter(char::is_ascii_digit).collect();
                 let number: f64 = digits.parse().unwrap_or(54.0);

@@ -1,6 +1,6 @@
 //! Feed, spindle, tool, coolant and machine functions.
 
-use super::block::{NOTED_G, RETURNS, g_name, kinematics_switch};
+use super::block::{NOTED_G, RETURNS, kinematics_switch};
 use super::calls::whole;
 use super::listed::LISTED;
 use super::modal::FeedMode;
@@ -11,6 +11,7 @@ use crate::channel::direction_of;
 use crate::codes;
 use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
+use crate::g_code::{G50, G92, G96, G97, GCode};
 use crate::{Feed, Op, Override, SpindleDirection, ToolName};
 
 /// The analog output that selects the kinematics in the documentation of `LinuxCNC` and in the configurations
@@ -87,22 +88,22 @@ impl Interpreter {
     }
 
     /// S, G96, G97, and the speed limit of G92 S.
-    pub(crate) fn speed_words(&mut self, p: &mut Pending, one_shot: Option<u32>, span: Span) -> Result<(), Fault> {
+    pub(crate) fn speed_words(&mut self, p: &mut Pending, one_shot: Option<GCode>, span: Span) -> Result<(), Fault> {
         let mode = p.g(Group::SpindleMode);
-        let limit = if mode == Some(960) && self.own.flavor.is_linuxcnc() { p.take(b'D') } else { None };
+        let limit = if mode == Some(G96) && self.own.flavor.is_linuxcnc() { p.take(b'D') } else { None };
         let Some(speed) = p.take(b'S') else {
-            if mode == Some(960) {
+            if mode == Some(G96) {
                 return Err(
                     Fault::new(codes::MISSING_VALUE, span, "G96 has no S").help("write the surface speed: G96 S200")
                 );
             }
-            if mode == Some(970) {
+            if mode == Some(G97) {
                 self.modal.surface = None;
             }
             return Ok(());
         };
         let speed = Self::checked_speed(speed, span)?;
-        if one_shot == Some(920) && p.axes() == 0 {
+        if one_shot == Some(G92) && p.axes() == 0 {
             if let Some((_, highest)) = &mut self.modal.surface {
                 *highest = speed;
             }
@@ -110,7 +111,7 @@ impl Interpreter {
             p.use_up(b"G");
             return Ok(());
         }
-        if mode == Some(960) || mode.is_none() && self.modal.surface.is_some() {
+        if mode == Some(G96) || mode.is_none() && self.modal.surface.is_some() {
             let highest = limit.or(self.modal.surface.map(|(_, highest)| highest)).unwrap_or(f64::INFINITY);
             let unit = if self.modal.inch == Some(true) { 0.3048 } else { 1.0 };
             self.modal.surface = Some((speed * unit, highest));
@@ -167,15 +168,15 @@ impl Interpreter {
                 self.listed_word(m, p, span)?;
                 continue;
             }
-            if m == NOTED_G + 500 && p.has(b'S') {
+            if m == NOTED_G + G50.tenths() && p.has(b'S') {
                 return Err(of_a_lathe("G50 S", "limits the speed of the spindle", span));
             }
-            if m == NOTED_G + 500 && self.is_scaled() {
-                self.scaling(500, p, span)?;
+            if m == NOTED_G + G50.tenths() && self.is_scaled() {
+                self.scaling(G50, p, span)?;
                 continue;
             }
             if m >= NOTED_G {
-                self.note_with_values(&g_name(m - NOTED_G), p);
+                self.note_with_values(&GCode::from_tenths(m - NOTED_G).to_string(), p);
                 continue;
             }
             if RETURNS.contains(&m) && self.settings.control.stated_returns {
@@ -223,7 +224,7 @@ impl Interpreter {
         let mut text = word.to_owned();
         // A LinuxCNC calls the cycle in force only in blocks with a place.
         let cycle = if self.is_rs274() {
-            self.motion_to_be(p).is_some_and(|code| matches!(code, 730 | 740 | 810..=890))
+            self.motion_to_be(p).is_some_and(|code| matches!(code, GCode(73 | 74 | 81..=89, 0)))
         } else {
             self.modal.cycle.is_some()
         };

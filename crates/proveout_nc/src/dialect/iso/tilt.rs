@@ -26,6 +26,7 @@ use super::words::Group;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
+use crate::g_code::{G51, G51_1, G53_6, G68, G68_2, G101, G254, G268, G269, GCode};
 use crate::machine_data::KinematicsKind;
 use crate::{Motion, Offset, Op, OrientationInterpolation, RotarySolution, Tcp};
 
@@ -44,10 +45,10 @@ impl Interpreter {
             self.forget_kept();
         }
         match p.g(Group::Rotation) {
-            Some(680) => self.plane_rotation(p, span)?,
-            Some(682) => self.tilted_plane(p, span)?,
-            Some(2680) => self.feature_plane(p, span)?,
-            Some(2690) => self.end_of_planes("G269"),
+            Some(G68) => self.plane_rotation(p, span)?,
+            Some(G68_2) => self.tilted_plane(p, span)?,
+            Some(G268) => self.feature_plane(p, span)?,
+            Some(G269) => self.end_of_planes("G269"),
             Some(_) => self.end_of_planes("G69"),
             None => {}
         }
@@ -58,7 +59,7 @@ impl Interpreter {
             self.mirror(code, p, span)?;
         }
         match p.g(Group::DynamicOffset) {
-            Some(2540) => self.dynamic_offset(span)?,
+            Some(G254) => self.dynamic_offset(span)?,
             Some(_) if self.modal.plane == Plane::Dynamic => self.end_of_planes("G255"),
             _ => {}
         }
@@ -151,15 +152,15 @@ impl Interpreter {
     /// G53.1: turns the tool upright on the plane with the linear axes at rest. G53.6 H: they follow, so that
     /// the tip stays on the workpiece, or with R the point so much ahead of it (Fanuc, "Tool center point
     /// retention type tool axis direction control", from memory).
-    pub(crate) fn turn_to_plane(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let word = super::block::g_name(code);
+    pub(crate) fn turn_to_plane(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let word = code.to_string();
         if !matches!(self.modal.plane, Plane::Defined | Plane::Engaged) || self.modal.tcp {
             return Err(Fault::new(codes::CONFLICT, span, format!("{word} needs a plane of G68.2, without G43.4"))
                 .help("write G68.2 before it"));
         }
         self.forget_kept();
         let solution = self.plane_solution(p.take(b'P').unwrap_or(0.0), &word);
-        let follows = code == 536;
+        let follows = code == G53_6;
         let ahead = self.length_of(p, b'R').filter(|ahead| follows && *ahead != 0.0);
         if follows {
             self.length_of_turn(p, span)?;
@@ -238,8 +239,8 @@ impl Interpreter {
     }
 
     /// G51.1 and G101 mirror about the given coordinates; G50.1 and G100 end it for the given axes, or for all.
-    fn mirror(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let on = matches!(code, 511 | 1010);
+    fn mirror(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
+        let on = matches!(code, G51_1 | G101);
         let axes = p.axes();
         if axes & !LINEAR != 0 || on && axes == 0 {
             return Err(Fault::new(codes::BAD_VALUE, span, "a mirror takes X, Y and Z").help("write G51.1 X0"));
@@ -250,7 +251,7 @@ impl Interpreter {
             if on && let Some(at) = given {
                 mirror.linear[axis][axis] = -1.0;
                 // Haas mirrors about the work origin whatever the number is.
-                mirror.translation[axis] = if code == 1010 { 0.0 } else { 2.0 * at };
+                mirror.translation[axis] = if code == G101 { 0.0 } else { 2.0 * at };
             } else if !on && (given.is_some() || axes == 0) {
                 mirror.linear[axis][axis] = 1.0;
                 mirror.translation[axis] = 0.0;
@@ -258,7 +259,7 @@ impl Interpreter {
         }
         self.begin();
         self.modal.frames.mirror = mirror;
-        self.frames_changed(&super::block::g_name(code));
+        self.frames_changed(&code.to_string());
         Ok(())
     }
 
@@ -273,7 +274,7 @@ impl Interpreter {
     ///
     /// A Fanuc (*Operator's manual*, "Scaling (G50, G51)") scales each axis by I, J and K as well, mirrors it
     /// where they are below zero, and counts thousandths where they have no decimal point.
-    pub(crate) fn scaling(&mut self, code: u32, p: &mut Pending, span: Span) -> Result<(), Fault> {
+    pub(crate) fn scaling(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let frames = &self.modal.frames;
         let inside = frames.rotation != Frame::IDENTITY || frames.mirror != Frame::IDENTITY;
         if inside || self.modal.plane != Plane::Off || self.modal.tcp {
@@ -281,7 +282,7 @@ impl Interpreter {
                 .help("write G69, G100 or G50.1, or G255 before it"));
         }
         let mut scale = Frame::IDENTITY;
-        if code == 510 {
+        if code == G51 {
             let factors = self.scale_factors(p, span)?;
             let scaled = self.is_scaled();
             if p.axes() & !LINEAR != 0 {
@@ -304,7 +305,7 @@ impl Interpreter {
         }
         self.begin();
         self.modal.frames.scale = scale;
-        self.frames_changed(&super::block::g_name(code));
+        self.frames_changed(&code.to_string());
         Ok(())
     }
 

@@ -14,6 +14,7 @@ use crate::control::words::WordKey;
 use crate::control::{Control, Meaning, OrientationAngles};
 use crate::diagnostic::{Fault, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
+use crate::g_code::GCode;
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
 
 pub(crate) use crate::diagnostic::refused;
@@ -244,7 +245,7 @@ impl Interpreter {
 
     fn g_word(&mut self, p: &mut Pending, value: &AddressValue, span: Span) -> Result<(), Fault> {
         let code = self.integer('G', value, 9999, span)?;
-        if let Some((at, listed)) = self.settings.control.words.g(code * 10) {
+        if let Some((at, listed)) = self.settings.control.words.g(GCode(code, 0)) {
             let listed = listed.clone();
             return self.listed_word(p, at, &listed, span);
         }
@@ -480,7 +481,7 @@ pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
         WordKind::Address { letter: b'G', extension: None, value: AddressValue::Number(code) }
             if (0.0..G_LISTED).contains(code) =>
         {
-            control.words.g(*code as u32 * 10)
+            control.words.g(GCode(*code as u32, 0))
         }
         WordKind::Address { letter: b'M', extension: None | Some(1), value: AddressValue::Number(code) }
             if (0.0..M_LISTED).contains(code) =>
@@ -525,11 +526,11 @@ pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, 
             if (0.0..G_TOLD).contains(code) =>
         {
             let code = *code as u32;
-            if does_g(i64::from(code)) || words::is_noted_g(code) || control.words.g(code * 10).is_some() {
+            if does_g(i64::from(code)) || words::is_noted_g(code) || control.words.g(GCode(code, 0)).is_some() {
                 return None;
             }
             let known = words::refused_g(code).is_some();
-            Some((WordKey::G(code * 10), if known { "refused: not supported" } else { "refused: unknown" }))
+            Some((WordKey::G(GCode(code, 0)), if known { "refused: not supported" } else { "refused: unknown" }))
         }
         WordKind::Address { letter: b'M', extension: None | Some(1), value: AddressValue::Number(code) }
             if (0.0..M_TOLD).contains(code) =>

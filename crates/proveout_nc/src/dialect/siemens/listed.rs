@@ -40,7 +40,7 @@ impl Interpreter {
             Meaning::Does(words) => {
                 for word in words {
                     match word {
-                        Builtin::G(code) => self.own_g(p, code / 10, span)?,
+                        Builtin::G(code) => self.own_g(p, code.0, span)?,
                         Builtin::M(code) => p.functions.push(*code),
                     }
                 }

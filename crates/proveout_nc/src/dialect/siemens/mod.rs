@@ -57,13 +57,14 @@ use super::Reader;
 use super::listed::{UnlistedWords, each_line};
 use crate::control::words::Builtin;
 use crate::diagnostic::{Diagnostic, Fault};
+use crate::g_code::GCode;
 use crate::settings::Settings;
 use crate::source::Source;
 
 /// The reader executes this word itself. Words that end programs are excluded.
 pub(crate) fn does_word(word: Builtin) -> bool {
     match word {
-        Builtin::G(code) => code.is_multiple_of(10) && block::does_g(i64::from(code / 10)),
+        Builtin::G(GCode(code, tenth)) => tenth == 0 && block::does_g(i64::from(code)),
         Builtin::M(code) => matches!(code, 0 | 1 | 3..=9),
     }
 }
