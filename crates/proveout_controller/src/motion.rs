@@ -8,7 +8,7 @@ mod spline;
 use nalgebra::Matrix3;
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_machine::{AXIS_TOLERANCE, JointKind, JointValues, KinematicsError, Machine};
-use proveout_nc::{ASSUMED, AXIS_LETTERS, ArcMotion, Location, Motion, OrientationInterpolation, RotarySolution};
+use proveout_nc::{AXIS_LETTERS, ArcMotion, Location, Motion, Note, OrientationInterpolation, RotarySolution};
 
 use self::great_circle::{AxisTask, BlockTurning};
 pub(crate) use self::programmed::ProgrammedMotion;
@@ -92,7 +92,7 @@ pub(crate) struct BlockPath {
     pub(crate) programmed: Option<Box<ProgrammedMotion>>,
     /// The position of the rotary axes that the program chose is out of travel, and the other one is taken:
     /// what is said of it.
-    pub(crate) other_position: Option<String>,
+    pub(crate) other_position: Option<Note>,
 }
 
 impl BlockPath {
@@ -129,7 +129,7 @@ struct TurnResult {
     /// A tool axis that no joint positions reach, with the reason.
     unreachable: Option<(ToolPose, String)>,
     /// See [`BlockPath::other_position`].
-    other_position: Option<String>,
+    other_position: Option<Note>,
 }
 
 /// What a motion needs to know.
@@ -321,14 +321,14 @@ impl Context<'_> {
         Some((joint, higher, or_other))
     }
 
-    fn told_other(&self, joint: usize, higher: bool, or_other: bool) -> String {
+    fn told_other(&self, joint: usize, higher: bool, or_other: bool) -> Note {
         let name = self.machine.joints.get(joint).map_or("", |j| j.name.as_str());
         let wanted = if higher { "higher" } else { "lower" };
         let out = format!("the position of the rotary axes with the {wanted} angle of {name} is out of travel");
         if or_other {
-            format!("{out}: the axes take the other one")
+            Note::new(format!("{out}: the axes take the other one"))
         } else {
-            format!("{ASSUMED}{out}: the axes take the other one here, and the control may refuse the block")
+            Note::assuming(format!("{out}: the axes take the other one here, and the control may refuse the block"))
         }
     }
 

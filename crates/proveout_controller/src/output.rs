@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use proveout_geom::ToolPose;
 use proveout_machine::{JointValues, MAX_JOINTS};
-use proveout_nc::{Coolant, Location, Overcut, SpindleDirection};
+use proveout_nc::{Coolant, Location, Note, Overcut, SpindleDirection};
 
 /// What a motion is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -175,14 +175,14 @@ pub enum Event {
         /// Text.
         text: String,
     },
-    /// A word without effect on the twin, named by the reader.
+    /// A word without effect on the twin, or an assumption, as the reader names it.
     Note {
         /// Time, s.
         time: f64,
         /// Index of the [`BlockRecord`].
         block: u32,
         /// Text.
-        text: String,
+        text: Note,
     },
     /// The compensated path enters its own contour, named by the reader.
     Overcut {

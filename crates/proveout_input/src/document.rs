@@ -5,6 +5,7 @@
 //! position as well.
 
 mod strict;
+mod toml_fault;
 mod wording;
 
 use std::{ops::Range, path::Path};
@@ -15,6 +16,7 @@ use toml::de::{DeTable, DeValue};
 use crate::{InputError, OutOfRange, check_quantities, input_error::InputFault};
 
 use strict::Strict;
+pub use toml_fault::{ExpectedType, TomlFault};
 pub use wording::nearest;
 
 /// Longest value that an error repeats, characters.

@@ -32,7 +32,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `document.rs` | [`Document`]: text, syntax tree, positions of keys |
-//! | `document/` | refusal of surplus list members, wording of the reader's errors |
+//! | `document/` | refusal of surplus list members, the reader's errors by kind and in words |
 //! | `input_error.rs` | [`InputError`] and its parts |
 //! | `quantities.rs` | ranges by unit, as checks and as `minimum` and `maximum` of the JSON schemas |
 //! | `inch.rs` | files that count in inch |
@@ -44,7 +44,7 @@ mod input_error;
 mod quantities;
 mod regular_file;
 
-pub use document::{Document, Step, nearest};
+pub use document::{Document, ExpectedType, Step, TomlFault, nearest};
 pub use inch::{add_inches_to_schema, in_millimeters};
 pub use input_error::{InputError, InputFault, read_input};
 pub use quantities::{

@@ -92,7 +92,7 @@ fn motions(path: &Path, settings: &Settings) -> Result<(usize, usize), Box<Diagn
     for command in Program::open(path, settings).map_err(|faults| Box::new(faults.0[0].clone()))? {
         match command.map_err(Box::new)?.op {
             Op::Rapid(_) | Op::Linear(_) | Op::Arc(_) | Op::Spline(_) | Op::Thread(_) | Op::Probe(_) => motions += 1,
-            Op::Note(text) if text.starts_with("assumed") => assumed += 1,
+            Op::Note(note) if note.assumption().is_some() => assumed += 1,
             _ => {}
         }
     }

@@ -79,10 +79,52 @@ impl Location {
     }
 }
 
-/// Prefix of a [`Op::Note`] that reports more than a word without effect: the reader assumes
-/// something that depends on the control or on its set-up. A judgement on the program leaves it
-/// open.
+/// Prefix in the text of a [`Note`] on what the reader assumes.
 pub const ASSUMED: &str = "assumed: ";
+
+/// A remark of the reader: a word without effect, or an assumption on what depends on the control or on its
+/// set-up. A judgement on the program leaves an assumption open.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Note {
+    text: String,
+    assumed: bool,
+}
+
+impl Note {
+    /// A word without effect.
+    pub fn new(text: impl Into<String>) -> Self {
+        Self { text: text.into(), assumed: false }
+    }
+
+    /// What the reader assumes; its text begins with [`ASSUMED`].
+    pub fn assuming(what: impl AsRef<str>) -> Self {
+        Self { text: format!("{ASSUMED}{}", what.as_ref()), assumed: true }
+    }
+
+    /// The text as it is printed.
+    pub fn as_str(&self) -> &str {
+        &self.text
+    }
+
+    /// What is assumed, without the prefix; none for a word without effect.
+    pub fn assumption(&self) -> Option<&str> {
+        self.text.get(ASSUMED.len()..).filter(|_| self.assumed)
+    }
+}
+
+impl std::ops::Deref for Note {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.text
+    }
+}
+
+impl From<String> for Note {
+    fn from(text: String) -> Self {
+        Self::new(text)
+    }
+}
 
 /// One canonical command.
 #[derive(Clone, Debug, PartialEq)]
@@ -140,7 +182,7 @@ pub enum Op {
     /// Text for the operator.
     Message(String),
     /// A word that the dialect reads and that has no effect on motion, removal or time of the twin: named, not lost.
-    Note(String),
+    Note(Note),
     /// A place where the compensated path of the tool center enters its own contour and the control sees no fault.
     Overcut(Overcut),
     /// Program stop (M0) or optional stop (M1).

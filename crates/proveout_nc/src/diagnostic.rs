@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 
-use crate::codes;
+use crate::{Location, codes};
 
 /// One thing that is wrong with a program.
 ///
@@ -29,6 +29,34 @@ pub struct Diagnostic {
     pub help: Option<String>,
     /// Text of the line.
     pub source_line: String,
+    /// What the reader asks of it again.
+    pub(crate) about: Option<FaultSubject>,
+}
+
+/// What a fault is about, where its code does not say it all.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum FaultSubject {
+    /// A word that the reader does not know.
+    UnknownWord(String),
+    /// A system variable that holds a position of an axis.
+    PositionVariable,
+}
+
+impl Diagnostic {
+    /// What is wrong at a place of a command, without the text of its line.
+    pub fn at(location: &Location, code: &'static str, message: String, help: String) -> Self {
+        Self {
+            code,
+            message,
+            file: Arc::clone(&location.file),
+            line: location.line,
+            column: location.column,
+            length: location.length,
+            help: Some(help),
+            source_line: String::new(),
+            about: None,
+        }
+    }
 }
 
 impl miette::Diagnostic for Diagnostic {
@@ -143,15 +171,21 @@ pub(crate) struct Fault {
     pub(crate) message: String,
     pub(crate) help: Option<String>,
     pub(crate) span: Span,
+    pub(crate) about: Option<FaultSubject>,
 }
 
 impl Fault {
     pub(crate) fn new(code: &'static str, span: Span, message: impl Into<String>) -> Self {
-        Self { code, message: message.into(), help: None, span }
+        Self { code, message: message.into(), help: None, span, about: None }
     }
 
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
+        self
+    }
+
+    pub(crate) fn about(mut self, subject: Option<FaultSubject>) -> Self {
+        self.about = subject;
         self
     }
 
@@ -167,6 +201,7 @@ impl Fault {
             length,
             help: self.help,
             source_line: line.to_owned(),
+            about: self.about,
         }
     }
 }

@@ -9,7 +9,7 @@
 //! The check looks at the commands that the reader emits, so that one rule holds for every
 //! language.
 
-use crate::{ASSUMED, Command, Location, Op, Spindle, SpindleDirection, ToolAction};
+use crate::{Command, Location, Note, Op, Spindle, SpindleDirection, ToolAction};
 
 /// How the switch of the optional stop (M1) is set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,12 +66,12 @@ impl StopWatch {
 
     fn assumption(&mut self) -> Option<Op> {
         let at = self.open.take()?;
-        Some(Op::Note(format!(
-            "{ASSUMED}the spindle is taken as still turning after M1 of line {}: with the optional stop on, many \
+        Some(Op::Note(Note::assuming(format!(
+            "the spindle is taken as still turning after M1 of line {}: with the optional stop on, many \
              controls stop it there, and neither M3 nor M4 follows before this motion at feed rate; write M3 after \
              M1, or `optional_stop` of the program in the scene",
             at.line
-        )))
+        ))))
     }
 }
 

@@ -13,7 +13,7 @@ use crate::optional_stop::StopWatch;
 use crate::settings::{Dialect, Settings};
 use crate::source::Source;
 use crate::survey::Survey;
-use crate::{Command, Location, Op};
+use crate::{Command, Location, Note, Op};
 
 /// Something that gives canonical commands one by one.
 pub trait CommandSource: Iterator<Item = Result<Command, Diagnostic>> {}
@@ -97,7 +97,7 @@ impl Program {
             };
             notes.push_back(Command {
                 location,
-                op: Op::Note(format!("{} is not a block on this control", text.trim())),
+                op: Op::Note(Note::new(format!("{} is not a block on this control", text.trim()))),
             });
         }
         source.speak_as(&settings.control);
@@ -212,6 +212,7 @@ fn spoken(dialect: Dialect, source: &Source, settings: &Settings) -> Result<Dial
         column: 1,
         length: 0,
         help: Some("name another control, or leave the dialect out".to_owned()),
+        about: None,
         source_line: source.text.lines().next().unwrap_or_default().to_owned(),
     }))
 }

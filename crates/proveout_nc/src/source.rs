@@ -57,6 +57,7 @@ impl Source {
                 length: 0,
                 help: Some(help.to_owned()),
                 source_line: String::new(),
+                about: None,
             })
         };
         let size =

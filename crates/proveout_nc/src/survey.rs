@@ -226,6 +226,7 @@ impl Survey {
                 length: characters(text),
                 help: Some(help.to_owned()),
                 source_line: text.clone(),
+                about: None,
             };
             if self.motions == 0 && !self.subprogram {
                 let message = format!("the program moves no axis; it was read as {}", self.dialect.name());
@@ -259,6 +260,7 @@ impl Survey {
             length: characters(&part.text),
             help: Some(part.remedy().to_owned()),
             source_line: part.text.clone(),
+            about: None,
         }));
         list
     }

@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::{ASSUMED, Command, CompSide, CutterComp, Op};
+use crate::{Command, CompSide, CutterComp, Op};
 
 /// Most remarks of a kind that are kept; further ones are counted.
 const MAX_REMARKS: usize = 1000;
@@ -77,9 +77,9 @@ impl Tally {
             | Op::Thread(_)
             | Op::Retract(_) => self.motions += 1,
             Op::End => self.ended = true,
-            Op::Note(text) => match text.strip_prefix(ASSUMED) {
+            Op::Note(note) => match note.assumption() {
                 Some(text) => self.assumptions.put(text, command, true),
-                None => self.notes.put(text, command, true),
+                None => self.notes.put(note, command, true),
             },
             Op::CutterComp(CutterComp { side: CompSide::Left | CompSide::Right, radius: None, .. }) => {
                 let place = || (Arc::clone(&command.location.file), command.location.line);

@@ -64,7 +64,7 @@ fn every_op() -> Vec<Op> {
         Op::Override(Override { enabled: true, feed: 1.0 }),
         Op::Coolant(Coolant { flood: true, mist: false }),
         Op::Message("A".to_owned()),
-        Op::Note("A".to_owned()),
+        Op::Note("A".to_owned().into()),
         Op::Overcut(Overcut {
             kind: OvercutKind::Narrow,
             depth: 1.0,

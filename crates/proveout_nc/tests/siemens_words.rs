@@ -59,7 +59,7 @@ fn case_blanks_and_line_numbers_do_not_matter_for_any_word() {
             // Texts of notes show words as they were written.
             let shape = |ops: &[Op]| -> Vec<Op> {
                 let upper = |op: &Op| match op {
-                    Op::Note(note) => Op::Note(note.to_uppercase().replace('\t', " ")),
+                    Op::Note(note) => Op::Note(note.to_uppercase().replace('\t', " ").into()),
                     other => other.clone(),
                 };
                 ops.iter().map(upper).collect()

@@ -82,8 +82,8 @@ pub use quaternion::{Quaternion, slerp};
 pub use s_theta::{STHETA_DEFAULTS, STheta, ThetaPlan};
 pub use section::{BlockLayer, SectionPath};
 pub use singularity::{Junction, PoleAngles, PoleStretch, Singularity, between, fitted, pole_angles};
-pub use smooth::{ChannelKind, KEPT, RowEnds, Smooth, SmoothPlan, SmoothRows, TurnLimits};
-pub use study::{Curve, CurveKind, Figure, Quantity, Study};
+pub use smooth::{ChannelKind, RowEnds, Smooth, SmoothPlan, SmoothRows, TurnLimits};
+pub use study::{ChannelWidth, Curve, CurveKind, Figure, KeptSchedule, Quantity, Study};
 pub use taut::{TautGate, free_taut_string, taut_string};
 pub use tool_channel::ToolChannel;
 

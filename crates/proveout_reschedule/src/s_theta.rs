@@ -439,6 +439,7 @@ pub(super) fn study(path: &SectionPath, channel: &Channel, angles: &[f64]) -> St
             figure("smallest margin", "deg", channel.margin(angles).to_degrees()),
             figure("layer", "mm", path.period),
         ],
+        ..Study::default()
     }
 }
 

@@ -71,6 +71,49 @@ pub struct Study {
     pub curves: Vec<Curve>,
     /// Numbers.
     pub figures: Vec<Figure>,
+    /// Channels that the method has looked at; `figures` has their numbers too.
+    pub channels: Vec<ChannelWidth>,
+    /// Whose schedule the method has kept, where none of its own was faster or smoother.
+    pub kept: Option<KeptSchedule>,
+}
+
+/// A channel of tool axes by its figures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelWidth {
+    /// Which one: `clearance 50 deg`, `by the tool`.
+    pub name: &'static str,
+    /// Its width at its narrowest place, degrees.
+    pub narrowest_deg: f64,
+    /// Least peak velocity of the rotary axis in it at the programmed feed, degrees/s.
+    pub least_velocity_deg_s: Option<f64>,
+}
+
+/// A schedule that is no result of the method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeptSchedule {
+    /// The tool axes of the program.
+    OwnAxes,
+    /// That of s-theta.
+    STheta,
+}
+
+impl KeptSchedule {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::OwnAxes => "the program's own axes",
+            Self::STheta => "the schedule of s-theta",
+        }
+    }
+
+    /// The figure that names it.
+    pub(super) fn figure(self) -> Figure {
+        let name = match self {
+            Self::OwnAxes => "kept, the program's own axes",
+            Self::STheta => "kept, the schedule of s-theta",
+        };
+        Figure { name, unit: "", value: 1.0 }
+    }
 }
 
 impl Study {

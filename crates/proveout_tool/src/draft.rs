@@ -7,7 +7,7 @@
 
 use std::fmt::Write as _;
 
-use crate::import::words::TAP_ENVELOPE;
+use crate::import::words::SubstituteBody;
 use crate::{HolderSection, Thread, ThreadSize, thread_of};
 
 /// Flute length in diameters where it is not given: that of a usual end mill. A deeper cut is a finding, so
@@ -72,6 +72,8 @@ pub struct ToolDraft {
     pub source: String,
     /// Keys with assumed values, and the reasons.
     pub chosen: Vec<(Vec<&'static str>, String)>,
+    /// A tap whose pitch nothing gives.
+    pub lacks_pitch: bool,
 }
 
 /// Holder that a call gives to tools without one.
@@ -124,7 +126,7 @@ impl ToolDraft {
         let named = named.filter(same);
         let pitch = pitch.or(named.map(|size| size.pitch)).filter(|p| Thread::new(diameter, *p).is_ok());
         let Some(pitch) = pitch else {
-            self.kind = Some("tap");
+            (self.kind, self.lacks_pitch) = (Some("tap"), true);
             self.choose(&["kind"], format!("{why}; {NO_PITCH}"));
             return;
         };
@@ -177,10 +179,9 @@ impl ToolDraft {
             let reason = "no shape is given: a flat end is the largest body of this diameter";
             self.choose(&["kind"], reason);
         }
-        let tried = self.chosen.iter().any(|(_, why)| why.contains(NO_PITCH));
-        if self.kind == Some("tap") && self.get("pitch_mm").is_none() && !tried {
+        if self.kind == Some("tap") && self.get("pitch_mm").is_none() && !self.lacks_pitch {
             let words = format!("{} {}", self.name, self.description);
-            self.become_tap(&words, None, TAP_ENVELOPE);
+            self.become_tap(&words, None, SubstituteBody::Tap.reason());
         }
         let lacking = |this: &Self, key| this.get(key).is_none();
         if self.kind == Some("drill") && lacking(self, "point_angle_deg") {

@@ -55,7 +55,8 @@ pub use edges::{CuttingEdges, RakeAbout, RoundInsert, RunOut};
 pub use entry::library_schema;
 pub use holder::HolderSection;
 pub use import::words::{
-    center_cutting_of as tool_center_cutting_of_words, flutes_of as tool_teeth_of_words, kind_of as tool_kind_of_words,
+    SubstituteBody, center_cutting_of as tool_center_cutting_of_words, flutes_of as tool_teeth_of_words,
+    kind_of as tool_kind_of_words,
 };
 pub use import::{ImportCall, Imported, LengthUnit, import_tools};
 pub use library::{ToolLibrary, ToolNotes};

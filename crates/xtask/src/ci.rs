@@ -9,7 +9,7 @@ use std::{
 
 use crate::{
     TaskError,
-    checks::{architecture, book, findings, layers, style, test_command},
+    checks::{architecture, book, facts, findings, layers, style, test_command},
     cone_frustum, figures, files, machine_models,
     test_programs::{self, TestSelection},
     tools::{self, DENY, TYPOS},
@@ -57,6 +57,7 @@ const STEPS: &[CiStep] = &[
     },
     CiStep { name: "tests", why: "laws, closed forms, reference data and whole prove-outs hold", run: tests },
     CiStep { name: "figures", why: "a number on a page is the one that its run gives today", run: figures },
+    CiStep { name: "facts", why: "no code looks into a sentence to find a fact", run: facts },
     CiStep { name: "style", why: "plain English in comments, messages and pages", run: style },
     CiStep { name: "typos", why: "American spelling, and names without slips", run: typos },
     CiStep {
@@ -271,6 +272,10 @@ impl std::fmt::Display for TestTotal {
 
 fn figures(context: &CiContext) -> Result<String, TaskError> {
     figures::run(&context.root, &figures::FigureRequest { check: true, ..figures::FigureRequest::default() })
+}
+
+fn facts(context: &CiContext) -> Result<String, TaskError> {
+    facts::check(&context.root)
 }
 
 fn style(context: &CiContext) -> Result<String, TaskError> {

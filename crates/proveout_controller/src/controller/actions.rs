@@ -169,7 +169,7 @@ where
     pub(super) fn select(&mut self, name: &ToolName, location: &Location) {
         if let Err(unknown) = self.find_tool(name, location) {
             let text = format!("{}: it is made ready, and may not come into the spindle", unknown.message);
-            self.announce(Event::Note { time: 0.0, block: self.next_block, text });
+            self.announce(Event::Note { time: 0.0, block: self.next_block, text: text.into() });
         }
     }
 

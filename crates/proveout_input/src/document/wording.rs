@@ -1,6 +1,8 @@
-//! From the messages of the TOML reader to the words of the pages: what is wrong with a value, and what to write.
+//! From what the TOML reader found to the words of the pages: what is wrong with a value, and what to write.
 
 use std::cmp::Reverse;
+
+use super::toml_fault::{ExpectedType, TomlFault};
 
 /// What the reader's message means.
 pub(super) struct Said {
@@ -22,45 +24,36 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     distances.min_by_key(|(d, k)| (*d, Reverse(alike(k)))).map(|(_, k)| k)
 }
 
-/// Explains a message about the text `there`; the names in back quotes are a key and its alternatives.
+/// Explains a message about the text `there`.
 pub(super) fn of(message: &str, there: &str) -> Said {
-    let message = message.lines().next().unwrap_or_default().trim();
-    let mut quoted = message.split('`').skip(1).step_by(2);
     let said =
         |code, message: String, remedy: String, shows_value| Said { code, message, remedy, missing: None, shows_value };
-    if message.starts_with("unknown field") {
-        let key = quoted.next().unwrap_or(there);
-        let known: Vec<&str> = quoted.collect();
-        return unknown_key(key, &known);
+    let allowed = || "see docs/schemas for what is allowed here".to_owned();
+    match TomlFault::of(message) {
+        TomlFault::UnknownKey { key, known } => unknown_key(key.unwrap_or(there), &known),
+        TomlFault::MissingKey(key) => {
+            let remedy = format!("add `{key} = ...`");
+            Said { missing: Some(key.to_owned()), ..said("input-missing-key", "is missing".into(), remedy, false) }
+        }
+        TomlFault::UnknownWord { word, known } => {
+            let remedy = nearest(word.unwrap_or(there), known.iter().copied())
+                .map_or_else(|| "write one of them".to_owned(), |near| format!("did you mean \"{near}\"?"));
+            said("input-unknown-word", format!("must be one of {}", known.join(", ")), remedy, true)
+        }
+        TomlFault::WrongType(expected) => {
+            let wanted = wanted(expected);
+            let remedy = match there.chars().next() {
+                Some('"' | '\'') if expected.is_number() => "write it without quotes".to_owned(),
+                Some(c) if expected == ExpectedType::Text && c != '[' && c != '{' => "write it in quotes".to_owned(),
+                _ => format!("write {wanted}"),
+            };
+            said("input-wrong-type", format!("must be {wanted}"), remedy, true)
+        }
+        TomlFault::NoForm => {
+            said("input-wrong-type", "has none of the forms that are allowed here".into(), allowed(), true)
+        }
+        TomlFault::Other(message) => said("input-not-accepted", format!("is not accepted: {message}"), allowed(), true),
     }
-    if message.starts_with("missing field") {
-        let key = quoted.next().unwrap_or_default();
-        let remedy = format!("add `{key} = ...`");
-        return Said { missing: Some(key.to_owned()), ..said("input-missing-key", "is missing".into(), remedy, false) };
-    }
-    if message.starts_with("unknown variant") {
-        let word = quoted.next().unwrap_or(there);
-        let known: Vec<&str> = quoted.collect();
-        let remedy = nearest(word, known.iter().copied())
-            .map_or_else(|| "write one of them".to_owned(), |near| format!("did you mean \"{near}\"?"));
-        return said("input-unknown-word", format!("must be one of {}", known.join(", ")), remedy, true);
-    }
-    if ["invalid type", "invalid value", "invalid length"].iter().any(|begin| message.starts_with(begin))
-        && let Some((found, expected)) = message.rsplit_once(", expected ")
-    {
-        let wanted = wanted(found, expected);
-        let remedy = match there.chars().next() {
-            Some('"' | '\'') if wanted.contains("number") => "write it without quotes".to_owned(),
-            Some(c) if wanted == TEXT && c != '[' && c != '{' => "write it in quotes".to_owned(),
-            _ => format!("write {wanted}"),
-        };
-        return said("input-wrong-type", format!("must be {wanted}"), remedy, true);
-    }
-    let remedy = "see docs/schemas for what is allowed here".to_owned();
-    if message.contains("untagged enum") {
-        return said("input-wrong-type", "has none of the forms that are allowed here".into(), remedy, true);
-    }
-    said("input-not-accepted", format!("is not accepted: {message}"), remedy, true)
 }
 
 fn unknown_key(key: &str, known: &[&str]) -> Said {
@@ -76,34 +69,19 @@ fn unknown_key(key: &str, known: &[&str]) -> Said {
     Said { code, message: "is not a known key".into(), remedy, missing: None, shows_value: false }
 }
 
-const TEXT: &str = "text in quotes";
-
-/// What a value must be, from the reader's name of a type.
-fn wanted(found: &str, expected: &str) -> String {
-    let expected = expected.trim();
-    let count = || expected.split_whitespace().find_map(|word| word.parse::<u64>().ok());
+/// What a value must be, in words.
+fn wanted(expected: ExpectedType<'_>) -> String {
     match expected {
-        "f64" | "f32" => "a number".to_owned(),
-        "u8" | "u16" | "u32" | "u64" | "usize" if found.contains("`") && !found.contains("`-") => {
-            let most = match expected {
-                "u8" => u64::from(u8::MAX),
-                "u16" => u64::from(u16::MAX),
-                "u32" => u64::from(u32::MAX),
-                _ => u64::MAX,
-            };
-            format!("a whole number, 0 to {most}")
-        }
-        "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, 0 or more".to_owned(),
-        "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".to_owned(),
-        "a boolean" => "true or false".to_owned(),
-        "a string" | "path string" | "a borrowed string" => TEXT.to_owned(),
-        "a sequence" => "a list [...]".to_owned(),
-        "a map" => "a table".to_owned(),
-        _ if expected.starts_with("struct ") => "a table".to_owned(),
-        _ if expected.starts_with("an array of length") || expected.starts_with("a tuple of size") => {
-            count().map_or_else(|| expected.to_owned(), |n| format!("a list of {n} values"))
-        }
-        _ if expected.starts_with("a nonzero ") => "a whole number, 1 or more".to_owned(),
-        _ => expected.to_owned(),
+        ExpectedType::Number => "a number".to_owned(),
+        ExpectedType::Whole => "a whole number".to_owned(),
+        ExpectedType::Unsigned => "a whole number, 0 or more".to_owned(),
+        ExpectedType::UnsignedTo(most) => format!("a whole number, 0 to {most}"),
+        ExpectedType::Positive => "a whole number, 1 or more".to_owned(),
+        ExpectedType::Flag => "true or false".to_owned(),
+        ExpectedType::Text => "text in quotes".to_owned(),
+        ExpectedType::List => "a list [...]".to_owned(),
+        ExpectedType::ListOf(count) => format!("a list of {count} values"),
+        ExpectedType::Table => "a table".to_owned(),
+        ExpectedType::Other(words) => words.to_owned(),
     }
 }

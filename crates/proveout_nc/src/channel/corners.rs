@@ -24,7 +24,7 @@ use crate::codes;
 use crate::compensation::contour::{self, Element, ElementShape};
 use crate::diagnostic::Diagnostic;
 use crate::frame::{Frame, SAME_DIRECTION};
-use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Op};
+use crate::{ArcMotion, AxisValues, Command, Feed, Location, Motion, Note, Op};
 
 /// Most commands between the two blocks of a corner.
 const LOOK_AHEAD: usize = 1000;
@@ -181,9 +181,9 @@ impl Corners {
         }
         let note = Command {
             location: command.location.clone(),
-            op: Op::Note(
-                "no chamfer or rounding: the next motion makes no corner with this one in the working plane".to_owned(),
-            ),
+            op: Op::Note(Note::new(
+                "no chamfer or rounding: the next motion makes no corner with this one in the working plane",
+            )),
         };
         self.ready.push_back(command);
         self.ready.push_back(note);
@@ -247,6 +247,7 @@ impl<L: CornerLanguage> Channel<L> {
             length: location.length,
             help: Some(help.to_owned()),
             source_line,
+            about: None,
         }));
     }
 

@@ -41,7 +41,7 @@ use crate::dialect::Reader;
 use crate::not_run::NotRun;
 use crate::source::{Mark, Source};
 use crate::state::Position;
-use crate::{ASSUMED, Command, Location, Op, Settings, codes};
+use crate::{Command, Location, Note, Op, Settings, codes};
 
 use coverage::Coverage;
 use doubt::Doubt;
@@ -249,12 +249,12 @@ impl<L: Language> Channel<L> {
     }
 
     pub(crate) fn note(&mut self, text: impl Into<String>) {
-        self.emit(Op::Note(text.into()));
+        self.emit(Op::Note(Note::new(text)));
     }
 
     /// Emits a note on what is assumed where controls or their set-ups differ.
     pub(crate) fn assume(&mut self, text: impl AsRef<str>) {
-        self.note(format!("{ASSUMED}{}", text.as_ref()));
+        self.emit(Op::Note(Note::assuming(text)));
     }
 
     /// A block with `/` is run.
@@ -291,6 +291,7 @@ impl<L: Language> Channel<L> {
             line,
             column,
             length,
+            about: None,
             help: Some("end the loop, split the program, or raise the limit (blocks under [limits] of a scene)".into()),
         }))
     }

@@ -7,7 +7,7 @@ use super::stretch::{CenterPiece, ContourBlock, PathRole, WINDOW};
 use super::{CompState, CompensatedReader, Fault, PendingBlock, emit, motion_mut, motion_of};
 use crate::codes;
 use crate::frame;
-use crate::{AxisValues, Command, Feed, Location, Op};
+use crate::{AxisValues, Command, Feed, Location, Note, Op};
 
 /// Sine of the angle between tool axis and normal above which the axis is not square to the plane.
 const OFF_SQUARE: f64 = 1e-6;
@@ -98,7 +98,7 @@ impl CompensatedReader {
         let Some((stretch, from)) = &self.leaving else { return };
         let (Ok(end), Some(wall)) = (plane.project(end_base), stretch.walls.len().checked_sub(1)) else {
             let text = "the exit from cutter compensation is not checked against the contour: its end is not known";
-            self.out.push_back(Ok(Command { location, op: Op::Note(text.to_owned()) }));
+            self.out.push_back(Ok(Command { location, op: Op::Note(Note::new(text)) }));
             return;
         };
         let element = Element { start: *from, end, shape: ElementShape::Line };
@@ -155,7 +155,7 @@ impl CompensatedReader {
         let from = from.map(|p| [p[0] + self.residual[0], p[1] + self.residual[1]]);
         if from.is_none() {
             let text = "the entry to cutter compensation is not checked against the contour: its start is not known";
-            self.out.push_back(Ok(Command { location: location.clone(), op: Op::Note(text.to_owned()) }));
+            self.out.push_back(Ok(Command { location: location.clone(), op: Op::Note(Note::new(text)) }));
         }
         let from = match (style.entry, from) {
             (ContourEntry::Perpendicular, from) => from.unwrap_or(end),
@@ -205,7 +205,7 @@ impl CompensatedReader {
                  after it only",
                 2 * WINDOW
             );
-            self.out.push_back(Ok(Command { location: command.location.clone(), op: Op::Note(text) }));
+            self.out.push_back(Ok(Command { location: command.location.clone(), op: Op::Note(Note::new(text)) }));
         }
         self.stretch.walls.push(ContourBlock {
             element,

@@ -75,6 +75,7 @@ impl CompensatedReader {
             .or_else(|| line_of_file(&location.file, location.line))
             .unwrap_or_default();
         Box::new(Diagnostic {
+            about: None,
             code,
             message: message.into(),
             file: location.file.clone(),

@@ -113,7 +113,7 @@ use crate::diagnostic::Diagnostic;
 use crate::dialect::Reader;
 use crate::frame::Frame;
 use crate::settings::{Compensation, Dialect, Settings, ToolRadii};
-use crate::{AxisValues, Command, CompSide, CutterComp, Feed, Motion, Offset, Op, ToolAction, ToolName};
+use crate::{AxisValues, Command, CompSide, CutterComp, Feed, Motion, Note, Offset, Op, ToolAction, ToolName};
 
 /// Most commands between two blocks with a motion in the plane.
 pub(crate) const LOOK_AHEAD: usize = 1000;
@@ -362,7 +362,7 @@ impl CompensatedReader {
 
     fn switch(&mut self, comp: CutterComp, command: Command) -> Result<(), Fault> {
         let location = command.location.clone();
-        let note = |text: String| Command { location: location.clone(), op: Op::Note(text) };
+        let note = |text: String| Command { location: location.clone(), op: Op::Note(Note::new(text)) };
         if comp.side == CompSide::Off {
             self.settle(None)?;
             self.state = CompState::Off;

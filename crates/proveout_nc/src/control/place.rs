@@ -1,7 +1,8 @@
-//! From keys of a control file to lines and columns, and from the TOML reader's messages to remedies.
+//! From keys of a control file to lines and columns, and from what the TOML reader found to remedies.
 
 use std::ops::Range;
 
+use proveout_input::TomlFault;
 use toml::de::DeTable;
 
 use super::error::ControlFileError;
@@ -82,12 +83,11 @@ impl<'a> ControlText<'a> {
     }
 }
 
-/// Code, key and remedy for a message of the TOML reader; the names in back quotes are the key and its alternatives.
+/// Code, key and remedy for a message of the TOML reader.
 fn explain(message: &str, at: &str) -> (&'static str, String, String) {
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    if message.starts_with("unknown field") {
-        let key = quoted.next().unwrap_or(at).to_owned();
-        let known: Vec<&str> = quoted.collect();
+    let fault = TomlFault::of(message);
+    if let TomlFault::UnknownKey { key, known } = fault {
+        let key = key.unwrap_or(at).to_owned();
         let units = known.iter().copied().filter(|k| k.strip_prefix(key.as_str()).is_some_and(|r| r.starts_with('_')));
         let units: Vec<&str> = units.collect();
         if !units.is_empty() {
@@ -97,9 +97,8 @@ fn explain(message: &str, at: &str) -> (&'static str, String, String) {
         let remedy = nearest(&key, &known);
         return ("control-unknown-key", key, remedy);
     }
-    if message.starts_with("unknown variant") {
-        let key = quoted.next().unwrap_or(at).to_owned();
-        return ("control-unknown-value", key, format!("write {}", quoted.collect::<Vec<_>>().join(" or ")));
+    if let TomlFault::UnknownWord { word, known } = fault {
+        return ("control-unknown-value", word.unwrap_or(at).to_owned(), format!("write {}", known.join(" or ")));
     }
     let shown: String = at.lines().next().unwrap_or_default().chars().take(40).collect();
     ("control-syntax", shown, "correct the TOML at this place".to_owned())

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::words::{WordKey, word_key};
 use crate::codes;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, FaultSubject};
 use crate::dialect::{self, listed::UnlistedWords};
 use crate::program::Program;
 use crate::settings::{Dialect, Settings};
@@ -113,7 +113,7 @@ fn name_of(fault: &Diagnostic, dialect: Dialect) -> Option<WordKey> {
     if fault.code != codes::UNKNOWN_WORD || dialect != Dialect::Siemens840d {
         return None;
     }
-    let name = fault.message.strip_prefix("unknown word `")?.split('`').next()?;
+    let Some(FaultSubject::UnknownWord(name)) = &fault.about else { return None };
     word_key(name).filter(|key| matches!(key, WordKey::Name(_)))
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::codes;
 use crate::control::Control;
 use crate::control::words::WordKey;
-use crate::diagnostic::{Diagnostic, Fault, Span, column_and_length};
+use crate::diagnostic::{Diagnostic, Fault, FaultSubject, Span, column_and_length};
 use crate::not_run::{NotRun, NotRunKind};
 use crate::settings::Settings;
 use crate::source::{Mark, Source};
@@ -19,7 +19,9 @@ pub(crate) fn refused_by(control: &Control, word: &str, span: Span, remedy: &str
 /// An M word that neither the reader nor the control file knows.
 pub(crate) fn unlisted(control: &Control, word: &str, span: Span) -> Fault {
     let message = format!("unknown word `{word}`: the control \"{}\" does not list it", control.name);
-    Fault::new(codes::UNKNOWN_WORD, span, message).help("give the word a meaning in the control file")
+    Fault::new(codes::UNKNOWN_WORD, span, message)
+        .help("give the word a meaning in the control file")
+        .about(Some(FaultSubject::UnknownWord(word.to_owned())))
 }
 
 /// What a word does that is without effect, for its one note.

@@ -150,6 +150,7 @@ fn unknown(source: &Source) -> Diagnostics {
         length: 0,
         help: Some(help),
         source_line: source.text.lines().next().unwrap_or_default().to_owned(),
+        about: None,
     })
 }
 

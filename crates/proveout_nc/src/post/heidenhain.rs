@@ -187,7 +187,8 @@ impl<W: Write> HeidenhainPost<W> {
             Op::Thread(_) => Err(Unpostable::new("a motion coupled to the spindle", "write the tapping cycle by hand")),
             Op::Coolant(coolant) => self.coolant(*coolant),
             Op::Overcut(overcut) => self.block(&format!("; {}", one_line(&overcut.to_string(), &[]))),
-            Op::Message(text) | Op::Note(text) => self.block(&format!("; {}", one_line(text, &[]))),
+            Op::Message(text) => self.block(&format!("; {}", one_line(text, &[]))),
+            Op::Note(note) => self.block(&format!("; {}", one_line(note, &[]))),
             Op::Stop { optional } => self.block(if *optional { "M1" } else { "M0" }),
             Op::End => self.block("M30"),
         }

@@ -175,7 +175,8 @@ impl<W: Write> IsoPost<W> {
                 self.out.block(&format!("(MSG, {})", one_line(text, &['(', ')'])))
             }
             Op::Overcut(overcut) => self.comment(&overcut.to_string()),
-            Op::Message(text) | Op::Note(text) => self.comment(text),
+            Op::Message(text) => self.comment(text),
+            Op::Note(note) => self.comment(note),
             Op::Stop { optional } => self.out.block(if *optional { "M1" } else { "M0" }),
             Op::End => self.out.block("M30"),
         }

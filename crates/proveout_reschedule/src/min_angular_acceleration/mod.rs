@@ -352,5 +352,6 @@ fn study(run: &CuttingRun, arc: &[f64], axes: &[Vector], keys: &[(usize, Vector)
             figure("sum of squared changes of turning before", "deg2/mm2", squares(&before)),
             figure("sum of squared changes of turning", "deg2/mm2", squares(axes)),
         ],
+        ..Study::default()
     }
 }

@@ -407,5 +407,6 @@ pub(super) fn study(
             curve("new", CurveKind::Result, rough, &mut after.iter().map(micro)),
         ],
         figures,
+        ..Study::default()
     }
 }

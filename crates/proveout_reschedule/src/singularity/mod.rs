@@ -300,5 +300,6 @@ fn study(arc: &[f64], [row, new]: [&[PoleAngles]; 2], stretches: &[PoleStretch])
             figure("reversals of the table", "", after[4]),
             figure("largest change of the tool axis", "deg", change.fold(0.0, f64::max).to_degrees()),
         ],
+        ..Study::default()
     }
 }

@@ -39,6 +39,7 @@ use self::spline_in_corridor::Corridor;
 pub(super) use self::tries::peaks;
 use self::tries::{TimedSchedule, effort};
 use super::s_theta::{curve, poses, study, turns};
+use super::study::{ChannelWidth, KeptSchedule};
 use super::taut::{TautGate, free_taut_string};
 use super::tool_channel::ToolChannel;
 use super::{
@@ -258,13 +259,9 @@ impl Smooth {
     }
 }
 
-/// Figures that say whose schedule was kept, since none of this method's own was faster or smoother: the
-/// program's, that of s-theta.
-pub const KEPT: [&str; 2] = ["kept, the program's own axes", "kept, the schedule of s-theta"];
-
 impl Smooth {
-    /// Schedules of others that are in the gates, by name: the program's own, and that of s-theta.
-    fn others(&self, path: &SectionPath, gates: &[[f64; 2]]) -> Vec<(&'static str, Vec<f64>)> {
+    /// Schedules of others that are in the gates: the program's own, and that of s-theta.
+    fn others(&self, path: &SectionPath, gates: &[[f64; 2]]) -> Vec<(KeptSchedule, Vec<f64>)> {
         let s_theta = STheta { clearance: self.clearance, ..STHETA_DEFAULTS };
         let planned = Channel::tabulated(path, self.clearance, 2.0 * s_theta.inset);
         let planned = planned.and_then(|channel| s_theta.plan(path, &channel)).map(|plan| plan.angles);
@@ -272,9 +269,10 @@ impl Smooth {
             let fits = angles.iter().zip(gates).all(|(q, [low, high])| *q >= low - ROUNDED && *q <= high + ROUNDED);
             fits && (!self.monotone || angles.windows(2).all(|q| q[1] >= q[0] - ROUNDED))
         };
-        let others = [(KEPT[0], Some(path.axis_angle.clone())), (KEPT[1], planned.ok())].into_iter();
-        let others = others.filter_map(|(name, angles)| Some((name, angles?))).filter(|(_, angles)| inside(angles));
-        others.map(|(name, angles)| (name, kept(angles, gates))).collect()
+        let others =
+            [(KeptSchedule::OwnAxes, Some(path.axis_angle.clone())), (KeptSchedule::STheta, planned.ok())].into_iter();
+        let others = others.filter_map(|(whose, angles)| Some((whose, angles?))).filter(|(_, angles)| inside(angles));
+        others.map(|(whose, angles)| (whose, kept(angles, gates))).collect()
     }
 }
 
@@ -404,7 +402,7 @@ impl Method for Smooth {
         if best.time.is_finite() {
             // Where feed leaves no time to gain, what is smoother gains still.
             let at_feed = best.time <= shortest * (1.0 + GAIN);
-            for (name, angles) in self.others(&path, &gates) {
+            for (whose, angles) in self.others(&path, &gates) {
                 if at_feed && effort(&angles, &least) >= effort(&best.angles, &least) {
                     continue;
                 }
@@ -412,7 +410,7 @@ impl Method for Smooth {
                 let time: f64 = times.iter().sum();
                 if time < best.time || at_feed && time <= shortest * (1.0 + GAIN) {
                     best = TimedSchedule { angles, time, asked: None };
-                    of_other = Some(name);
+                    of_other = Some(whose);
                 }
             }
         }
@@ -426,26 +424,36 @@ impl Method for Smooth {
             figure("peak acceleration between the ramps, as planned", "deg/s2", planned.to_degrees());
         }
         figure("times the control was asked", "", rounds as f64);
-        if let Some(name) = of_other {
-            figure(name, "", 1.0);
-        }
+        study.kept = of_other;
+        study.figures.extend(of_other.map(KeptSchedule::figure));
         let published = rule(STHETA_DEFAULTS.clearance, f64::MIN).ok();
         let other = rule(OTHER_CLEARANCE, f64::MIN).ok();
+        let by_tool = tool.ok();
         let shown = [
-            (published, "narrowest channel, clearance 50 deg", "least peak velocity, clearance 50 deg"),
-            (other, "narrowest channel, clearance 10 deg", "least peak velocity, clearance 10 deg"),
-            (tool.ok(), "narrowest channel, by the tool", "least peak velocity, by the tool"),
+            (
+                published,
+                "clearance 50 deg",
+                ["narrowest channel, clearance 50 deg", "least peak velocity, clearance 50 deg"],
+            ),
+            (
+                other,
+                "clearance 10 deg",
+                ["narrowest channel, clearance 10 deg", "least peak velocity, clearance 10 deg"],
+            ),
+            (by_tool.clone(), "by the tool", ["narrowest channel, by the tool", "least peak velocity, by the tool"]),
         ];
-        for (channel, narrowest, fastest) in shown {
+        for (channel, name, [narrowest, fastest]) in shown {
             let Some(channel) = channel else { continue };
             let width = (0..path.len()).map(|i| channel.width(i)).fold(f64::MAX, f64::min);
-            figure(narrowest, "deg", width.to_degrees());
-            if let Some(velocity) = least_velocity(&channel, &least) {
-                figure(fastest, "deg/s", velocity.to_degrees());
-            }
-            if self.channel == ChannelKind::Clearance && fastest.ends_with("tool") {
-                add_limits(&mut study.curves, &path, &channel);
-            }
+            let narrowest_deg = width.to_degrees();
+            let least_velocity_deg_s = least_velocity(&channel, &least).map(f64::to_degrees);
+            study.figures.push(Figure { name: narrowest, unit: "deg", value: narrowest_deg });
+            let velocity = least_velocity_deg_s.map(|value| Figure { name: fastest, unit: "deg/s", value });
+            study.figures.extend(velocity);
+            study.channels.push(ChannelWidth { name, narrowest_deg, least_velocity_deg_s });
+        }
+        if let (ChannelKind::Clearance, Some(channel)) = (self.channel, &by_tool) {
+            add_limits(&mut study.curves, &path, channel);
         }
         let poses = poses(run, &path, &angles);
         Ok(Rescheduled {

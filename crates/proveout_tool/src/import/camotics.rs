@@ -6,7 +6,7 @@ use std::path::Path;
 use proveout_input::InputError;
 use serde::Deserialize;
 
-use super::words::{center_cutting_of, kind_of};
+use super::words::{SubstituteBody, center_cutting_of, kind_of};
 use super::{ImportCall, Imported, LengthUnit};
 use crate::draft::ToolDraft;
 
@@ -65,7 +65,7 @@ pub(super) fn drafts(
         let shape = entry.shape.unwrap_or_else(|| "Cylindrical".into()).to_ascii_lowercase();
         match shape.as_str() {
             "cylindrical" => match kind_of(&words) {
-                Some(("tap", why)) => draft.become_tap(&words, None, why.unwrap_or_default()),
+                Some(("tap", why)) => draft.become_tap(&words, None, why.map_or("", SubstituteBody::reason)),
                 _ => {
                     draft.kind = Some("flat");
                     draft.center_cutting = center_cutting_of(&words);

@@ -13,7 +13,7 @@ use std::path::Path;
 use proveout_input::InputError;
 use serde::Deserialize;
 
-use super::words::{TAP_ENVELOPE, center_cutting_of};
+use super::words::{SubstituteBody, center_cutting_of};
 use super::{ImportCall, Imported, LengthUnit};
 use crate::HolderSection;
 use crate::draft::{SAME_MM, ToolDraft};
@@ -250,7 +250,7 @@ fn draft(
         draft.shape = vec![("diameter_mm", dc)];
         let words = draft.description.clone();
         // Where the library has no pitch, its texts may name it.
-        draft.become_tap(&words, mm(g.TP), TAP_ENVELOPE);
+        draft.become_tap(&words, mm(g.TP), SubstituteBody::Tap.reason());
     } else if ["flat", "slot", "thread mill", "reamer", "boring", "counter bore", "counterbore"].iter().any(|w| has(w))
     {
         draft.kind = Some("flat");

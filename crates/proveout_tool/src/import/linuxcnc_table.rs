@@ -82,13 +82,13 @@ pub(super) fn described(draft: &mut ToolDraft, remark: &str) {
     draft.flutes = words::flutes_of(remark);
     draft.center_cutting = words::center_cutting_of(remark);
     if let Some(("tap", why)) = words::kind_of(remark) {
-        draft.become_tap(remark, None, why.unwrap_or_default());
+        draft.become_tap(remark, None, why.map_or("", words::SubstituteBody::reason));
     } else if let Some((kind, why)) =
         words::kind_of(remark).filter(|(kind, _)| matches!(*kind, "flat" | "ball" | "drill" | "face_mill"))
     {
         draft.kind = Some(kind);
         if let Some(why) = why {
-            draft.choose(&["kind"], why);
+            draft.choose(&["kind"], why.reason());
         }
     }
 }

@@ -1,13 +1,46 @@
 //! What words of the trade say about a tool: remarks of tool tables, comments of posts, in English and
 //! German, and the most common ones in Polish, French, Italian and Spanish.
 
-/// Why a tap without a pitch is taken as a cylinder.
-pub(crate) const TAP_ENVELOPE: &str = "a tap: a cylinder of its diameter is its envelope";
+/// A body that stands for a tool whose kind the library lacks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SubstituteBody {
+    /// A cylinder for a tap without a pitch.
+    Tap,
+    /// A cylinder for a thread mill.
+    ThreadMill,
+    /// A cylinder for a reamer.
+    Reamer,
+    /// A cylinder for a boring tool.
+    BoringTool,
+    /// The ball of a probe.
+    Probe,
+    /// A disk for a slot mill.
+    SlotMill,
+}
+
+impl SubstituteBody {
+    /// Why the body is taken, for the tool file.
+    pub fn reason(self) -> &'static str {
+        match self {
+            Self::Tap => "a tap: a cylinder of its diameter is its envelope",
+            Self::ThreadMill => "a thread mill: a cylinder of its diameter is its envelope",
+            Self::Reamer => "a reamer: a cylinder of its diameter is its envelope",
+            Self::BoringTool => "a boring tool: a cylinder of its diameter is its envelope",
+            Self::Probe => "a probe: its ball",
+            Self::SlotMill => "a slot mill: a disk of its flute length",
+        }
+    }
+
+    /// Whether it is a tool for threads.
+    pub fn cuts_threads(self) -> bool {
+        matches!(self, Self::Tap | Self::ThreadMill)
+    }
+}
 
 /// Kind of the library and the words that mean it, in search order: `ball nose end mill` is a ball,
-/// `spot drill` is not a drill. The last member gives the reason where this kind replaces one that the
-/// library lacks.
-const KINDS: [(&[&str], &str, Option<&str>); 17] = [
+/// `spot drill` is not a drill. The last member says where this kind replaces one that the library
+/// lacks.
+const KINDS: [(&[&str], &str, Option<SubstituteBody>); 17] = [
     (&["lollipop", "undercut ball"], "lollipop", None),
     (&["taper ball", "tapered ball", "conical ball", "tapered spherical", "tapered ballnosed"], "taper_ball", None),
     (&["ball", "kugel", "sphere", "spherical", "kulist", "spheriq", "hemispher", "sferic", "esferic"], "ball", None),
@@ -41,20 +74,20 @@ const KINDS: [(&[&str], &str, Option<&str>); 17] = [
         "face_mill",
         None,
     ),
-    (&["thread mill", "gewindefr"], "flat", Some("a thread mill: a cylinder of its diameter is its envelope")),
+    (&["thread mill", "gewindefr"], "flat", Some(SubstituteBody::ThreadMill)),
     (&["tap drill", "tapping drill"], "drill", None),
     // What British shops call an end mill that cuts to its center.
     (&["slot drill", "slotdrill"], "flat", None),
-    (&["tap", "gewindeb", "gewinde m", "gwintownik", "taraud", "maschio", "macho"], "tap", Some(TAP_ENVELOPE)),
+    (&["tap", "gewindeb", "gewinde m", "gwintownik", "taraud", "maschio", "macho"], "tap", Some(SubstituteBody::Tap)),
     (
         &["ream", "reib", "rozwiertak", "alesoir", "al\u{e9}soir", "alesatore", "escariador"],
         "flat",
-        Some("a reamer: a cylinder of its diameter is its envelope"),
+        Some(SubstituteBody::Reamer),
     ),
-    (&["boring", "bore", "ausdreh"], "flat", Some("a boring tool: a cylinder of its diameter is its envelope")),
+    (&["boring", "bore", "ausdreh"], "flat", Some(SubstituteBody::BoringTool)),
     (&["drill", "bohrer", "wiertlo", "wiert\u{142}o", "foret", "broca", "punta"], "drill", None),
-    (&["probe", "taster"], "ball", Some("a probe: its ball")),
-    (&["slot", "saw", "nut"], "flat", Some("a slot mill: a disk of its flute length")),
+    (&["probe", "taster"], "ball", Some(SubstituteBody::Probe)),
+    (&["slot", "saw", "nut"], "flat", Some(SubstituteBody::SlotMill)),
     (
         &[
             "flat",
@@ -76,9 +109,8 @@ const KINDS: [(&[&str], &str, Option<&str>); 17] = [
     ),
 ];
 
-/// Kind of a tool by the words of a text, and the reason where that kind replaces one that the library
-/// lacks.
-pub fn kind_of(text: &str) -> Option<(&'static str, Option<&'static str>)> {
+/// Kind of a tool by the words of a text, and what it stands for where it replaces one that the library lacks.
+pub fn kind_of(text: &str) -> Option<(&'static str, Option<SubstituteBody>)> {
     let text = text.to_lowercase().replace('_', " ");
     let has = |word: &&str| {
         text.match_indices(*word).any(|(at, _)| {
@@ -93,7 +125,7 @@ pub fn kind_of(text: &str) -> Option<(&'static str, Option<&'static str>)> {
             begins && ends
         })
     };
-    KINDS.iter().find(|(words, ..)| words.iter().any(&has)).map(|&(_, kind, why)| (kind, why))
+    KINDS.iter().find(|(words, ..)| words.iter().any(&has)).map(|&(_, kind, substitute)| (kind, substitute))
 }
 
 /// Words of tools whose edges do not reach their center, and of those whose edges do; a slot drill is an end

@@ -17,7 +17,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
     ("proveout_input", &[]),
     ("proveout_geom", &["input"]),
     ("proveout_blade", &["input", "geom"]),
-    ("proveout_nc", &["tool"]),
+    ("proveout_nc", &["input", "tool"]),
     ("proveout_tool", &["input", "geom"]),
     ("proveout_machine", &["input", "geom"]),
     ("proveout_path", &["geom", "blade", "tool", "machine"]),

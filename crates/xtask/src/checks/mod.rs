@@ -2,6 +2,7 @@
 
 pub(crate) mod architecture;
 pub(crate) mod book;
+pub(crate) mod facts;
 pub(crate) mod findings;
 pub(crate) mod layers;
 pub(crate) mod style;

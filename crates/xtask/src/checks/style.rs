@@ -175,7 +175,7 @@ pub(crate) fn text_files(root: &Path) -> Result<Vec<PathBuf>, TaskError> {
 }
 
 /// Whether a Rust file is part of the product, and no test.
-fn is_production(path: &Path) -> bool {
+pub(super) fn is_production(path: &Path) -> bool {
     let parts: Vec<String> = path.iter().map(|p| p.to_string_lossy().into_owned()).collect();
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     let is_test = name == "tests" || name.ends_with("_test") || name.ends_with("_tests");
@@ -185,7 +185,7 @@ fn is_production(path: &Path) -> bool {
 }
 
 /// A Rust file up to its module of tests.
-fn without_tests(text: &str) -> &str {
+pub(super) fn without_tests(text: &str) -> &str {
     let starts = text.match_indices("#[cfg(").map(|(at, _)| at);
     let is_tests = |at: &usize| {
         let rest = &text[at + "#[cfg(".len()..];

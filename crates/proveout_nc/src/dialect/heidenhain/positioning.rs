@@ -6,7 +6,7 @@ use super::words::{PathFunction, Value, Words};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};
 use crate::frame;
-use crate::{ASSUMED, AXIS_LETTERS, AxisValues};
+use crate::{AXIS_LETTERS, AxisValues};
 
 impl Interpreter {
     /// LN: a line with the normal of the surface and, in TX TY TZ, the axis of the tool.
@@ -93,9 +93,9 @@ impl Interpreter {
         self.position.moved_in_machine(&end, w.programmed, in_table);
         if self.modal.tcpm {
             // HEIDENHAIN, *TNC 640 Klartext programming*, "M128": reset it before positioning with M91 or M92.
-            self.note(format!(
-                "{ASSUMED}M91 or M92 under M128 or TCPM gives positions of the machine axes; the manual asks for M129 before them"
-            ));
+            self.assume(
+                "M91 or M92 under M128 or TCPM gives positions of the machine axes; the manual asks for M129 before them",
+            );
         }
         self.modal.tangent = None;
         self.go_in_machine(end, w.programmed, rapid, false);

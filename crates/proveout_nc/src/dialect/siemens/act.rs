@@ -10,7 +10,7 @@ use super::parser::{Call, SiemensBlock, WordKind};
 use super::pending::Pending;
 use super::run_state::Interpreter;
 use crate::codes;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, FaultSubject, Span};
 use crate::machine_data::KinematicsKind;
 
 use super::block::LINEAR;
@@ -184,10 +184,11 @@ impl Interpreter {
         if self.settings.missing_subprogram.is_some() {
             return self.missing(&call.name, span);
         }
-        Err(Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{}`", call.name)).help(format!(
-            "it is not a word of the 840D reader, and the folder of the program has no {}.SPF",
-            call.name
-        )))
+        let name = &call.name;
+        let message = format!("unknown word `{name}`");
+        let help = format!("it is not a word of the 840D reader, and the folder of the program has no {name}.SPF");
+        let subject = FaultSubject::UnknownWord(name.to_string());
+        Err(Fault::new(codes::UNKNOWN_WORD, span, message).help(help).about(Some(subject)))
     }
 }
 

@@ -12,7 +12,7 @@ use crate::channel::doubt::Stage;
 use crate::codes;
 use crate::control::words::WordKey;
 use crate::control::{Control, Meaning, OrientationAngles};
-use crate::diagnostic::{Fault, Span, twice};
+use crate::diagnostic::{Fault, FaultSubject, Span, twice};
 use crate::dialect::listed::{refused_by, unlisted};
 use crate::g_code::GCode;
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
@@ -472,6 +472,7 @@ fn unknown_word(span: Span, line: &str) -> Fault {
     let word = word_text(span, line);
     Fault::new(codes::UNKNOWN_WORD, span, format!("unknown word `{word}`"))
         .help("see the coverage table for the words that are read")
+        .about(Some(FaultSubject::UnknownWord(word)))
 }
 
 /// The fault of a word that is not valid in any state of the control.

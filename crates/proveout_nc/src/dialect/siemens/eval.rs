@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::expr::Expr;
 use super::parser::Type;
+use super::system::subject_of;
 use crate::channel::expression::{self, Function, IndexedParameter, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};
@@ -323,7 +324,8 @@ pub(crate) fn param_index(value: f64, span: Span) -> Result<u32, Fault> {
 fn unknown(name: &str, span: Span) -> Fault {
     if name.starts_with('$') {
         return Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system variable `{name}` is not supported"))
-            .help(format!("{}, or remove it", give(name)));
+            .help(format!("{}, or remove it", give(name)))
+            .about(subject_of(name));
     }
     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the variable `{name}` is not defined"))
         .help(format!("write DEF REAL {name}, or {}", give(name)))

@@ -9,7 +9,7 @@ use crate::codes;
 use crate::control::{OrientationAngles, OutsideModulo};
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
-use crate::{ASSUMED, AXIS_LETTERS, AxisValues, Motion};
+use crate::{AXIS_LETTERS, AxisValues, Motion};
 
 /// Bits of A, B and C.
 const ROTARY: u16 = 0b111000;
@@ -273,10 +273,10 @@ impl Interpreter {
             // Frames end at the basic coordinate system, which is on the program's side of the
             // transformation (Siemens, *Basic functions*, K2, "Frames"): the control counts SUPA in
             // the coordinates of the tip.
-            self.note(format!(
-                "{ASSUMED}SUPA, G53 or G153 under TRAORI gives positions of the machine axes; the control counts them in the basic \
-                 coordinates of the transformation: write TRAFOOF before them"
-            ));
+            self.assume(
+                "SUPA, G53 or G153 under TRAORI gives positions of the machine axes; the control counts them in the basic \
+                 coordinates of the transformation: write TRAFOOF before them",
+            );
         }
         self.own.tangent = None;
         self.go_in_machine(end, p.programmed, rapid, p.exact_stop);

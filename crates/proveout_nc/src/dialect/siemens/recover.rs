@@ -6,7 +6,7 @@ use super::run_state::{Interpreter, Siemens};
 use crate::channel::doubt::{Doubt, Stage};
 use crate::channel::{FailedBlock, Salvage, TakenOut};
 use crate::codes;
-use crate::diagnostic::{Diagnostic, Fault, Span};
+use crate::diagnostic::{Diagnostic, Fault, FaultSubject, Span};
 
 /// Whether a fault may follow from an earlier one.
 pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
@@ -18,7 +18,7 @@ pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
     // A variable of the control that holds a position.
     let position = faults.doubt.axes != 0
         && fault.code == codes::UNSUPPORTED_WORD
-        && ["$P_EP", "$AA_I"].iter().any(|name| fault.message.contains(name));
+        && fault.about == Some(FaultSubject::PositionVariable);
     let contour = channel.own.contour_torn && fault.code == codes::SUBPROGRAM;
     faults.doubt.hides(fault, faults.stage) || call || position || contour
 }

@@ -12,11 +12,18 @@ use super::parser::{AddressValue, SiemensBlock, SiemensStatement, WordKind};
 use super::run_state::Interpreter;
 use crate::channel::expression::IndexedParameter;
 use crate::compensation::OutsideCorner;
+use crate::diagnostic::FaultSubject;
 use crate::settings::Compensation;
 use crate::{AXIS_LETTERS, CompSide, Feed, PathMode, ToolName};
 
 /// System variables have nine decimals.
 const DECIMALS: f64 = 1e9;
+
+/// What a fault about this variable is about: the variables of two families hold positions of axes.
+pub(super) fn subject_of(variable: &str) -> Option<FaultSubject> {
+    const FAMILIES: [&str; 2] = ["$P_EP", "$AA_I"];
+    FAMILIES.iter().any(|family| variable.starts_with(family)).then_some(FaultSubject::PositionVariable)
+}
 
 impl Interpreter {
     /// Gives the variables the values of the system variables before this line.

@@ -40,7 +40,7 @@ use self::freedom::Freedom;
 use self::joints::{Angles, TwoJoints};
 use self::local::{Rectangles, peaks};
 use self::row::RowBlocks;
-use self::starts::{EVEN, between};
+use self::starts::between;
 use super::super::{CuttingRun, Method, MultiScale, RescheduleError, Rescheduled, Surroundings};
 use super::{GAIN, VELOCITY_GIVEN};
 
@@ -108,7 +108,18 @@ struct RowSchedule {
     whole: f64,
     /// Largest acceleration as a part of its joint's limit, at the programmed feed.
     effort: f64,
-    name: &'static str,
+    origin: ScheduleOrigin,
+}
+
+/// Where a schedule comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ScheduleOrigin {
+    /// The search of this method.
+    Search,
+    /// Even turns from one end to the other.
+    Even,
+    /// The program itself, or another method.
+    Given,
 }
 
 impl RowSchedule {
@@ -199,7 +210,8 @@ impl Method for SmoothRows {
             limits: [0, 1].map(|j| joints.limits(j)),
         };
         let mut found = self.starts(&work, &course, &freedom);
-        let even = chosen(found.clone()).filter(|best| best.name == EVEN && self.ends == RowEnds::Kept);
+        let even =
+            chosen(found.clone()).filter(|best| best.origin == ScheduleOrigin::Even && self.ends == RowEnds::Kept);
         if let Some(ends) = even.and_then(|best| best.ends()) {
             // It is what is looked for where nothing is in the way: what is in the way can only take of that.
             found.extend(work.with_control(&between(ends, course.len()), &found, &freedom));
@@ -239,7 +251,7 @@ impl RowContext<'_> {
     }
 
     /// A schedule with its time; infinite where the program cannot say it or the control refuses it.
-    fn tried(&self, angles: Vec<Angles>, name: &'static str) -> RowSchedule {
+    fn tried(&self, angles: Vec<Angles>, origin: ScheduleOrigin) -> RowSchedule {
         let (poses, rotary) = self.poses(&angles);
         let never = vec![f64::INFINITY; self.least.len()];
         let mut whole = None;
@@ -259,7 +271,7 @@ impl RowContext<'_> {
             }
         };
         let whole = whole.unwrap_or_else(|| times.iter().sum());
-        RowSchedule { effort: self.effort(&angles), angles, times, whole, name }
+        RowSchedule { effort: self.effort(&angles), angles, times, whole, origin }
     }
 
     /// Largest acceleration of a schedule over its programmed times, as a part of its joint's limit.
@@ -298,7 +310,7 @@ impl RowContext<'_> {
                 ends.map(|e| e.filter(|_| gates[0].iter().chain(&gates[1]).any(|g| g[1] - g[0] < 3.0 * KEPT))),
             );
             if freedom.is_free(&angles) {
-                let next = self.tried(angles, "smoothest in the time of the control");
+                let next = self.tried(angles, ScheduleOrigin::Search);
                 if next.time() < best.time() * (1.0 - AS_FAST) {
                     idle = 0;
                 }

@@ -6,8 +6,10 @@ use super::freedom::Freedom;
 use super::ground::{BAND, Ground};
 use super::joints::Angles;
 use super::local::Rectangles;
-use super::starts::EVEN;
-use super::{KEPT, RescheduleError, RowContext, RowEnds, RowSchedule, SmoothRows, VELOCITY_GIVEN, chosen, put_ends};
+use super::{
+    KEPT, RescheduleError, RowContext, RowEnds, RowSchedule, ScheduleOrigin, SmoothRows, VELOCITY_GIVEN, chosen,
+    put_ends,
+};
 
 /// How often rectangles are grown again.
 const ROUNDS: usize = 3;
@@ -114,7 +116,7 @@ impl SmoothRows {
     ) {
         let Some([first, last]) = best.ends() else { return };
         found.extend(self.between_ends(work, freedom, &best.angles));
-        if best.name.starts_with("smoothest") {
+        if best.origin != ScheduleOrigin::Given {
             return;
         }
         let ends = GivenEnds { first, last: vec![last] };
@@ -137,7 +139,7 @@ impl SmoothRows {
         coarse: &Ground,
         found: &mut Vec<RowSchedule>,
     ) {
-        let Some(best) = chosen(found.clone()).filter(|best| best.name != EVEN) else { return };
+        let Some(best) = chosen(found.clone()).filter(|best| best.origin != ScheduleOrigin::Even) else { return };
         let ground = Ground::about(work, freedom, &best.angles, coarse.scales);
         let ends = self.kept_ends(work, course, freedom, &ground);
         if let Ok(planned) = work.planned(freedom, ends.as_ref(), (&ground, 0.0)) {
@@ -151,7 +153,7 @@ impl RowContext<'_> {
     fn add(&self, planned: CellSchedules, freedom: &Freedom<'_>, found: &mut Vec<RowSchedule>) -> bool {
         let before = found.len();
         let free = planned.angles.into_iter().filter(|angles| freedom.is_free(angles));
-        found.extend(free.map(|angles| self.tried(angles, "smoothest")));
+        found.extend(free.map(|angles| self.tried(angles, ScheduleOrigin::Search)));
         let some = found.len() > before;
         if some {
             found.extend(self.with_control(&planned.gates, found, freedom));

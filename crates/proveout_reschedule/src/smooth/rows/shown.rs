@@ -4,7 +4,7 @@ use super::super::super::{Curve, CurveKind, Figure, Quantity, Rescheduled, Study
 use super::freedom::Freedom;
 use super::joints::Angles;
 use super::local::peaks;
-use super::{RowContext, RowSchedule};
+use super::{RowContext, RowSchedule, ScheduleOrigin};
 
 /// Names of curves and figures of the turn and the tilt.
 const SHOWN: [[&str; 5]; 2] = [
@@ -60,7 +60,7 @@ impl RowContext<'_> {
             figure("largest lean from the normal", "deg", most.to_degrees());
         }
         let axes = [course, &best.angles].map(|all| all.iter().map(|q| self.joints.axis(*q)).collect::<Vec<_>>());
-        figure("the new schedule is one of this method", "", f64::from(u8::from(best.name.starts_with("smoothest"))));
+        figure("the new schedule is one of this method", "", f64::from(u8::from(best.origin != ScheduleOrigin::Given)));
         figure("least time by the feed", "s", self.least.iter().sum());
         figure("time of the blocks", "s", best.time());
         study.figures.extend(self.row.rules.iter().flat_map(|rules| rules.figures([&axes[0], &axes[1]])));

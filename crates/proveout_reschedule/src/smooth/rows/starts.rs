@@ -6,10 +6,8 @@ use super::freedom::Freedom;
 use super::ground::BESIDE;
 use super::joints::{Angles, one_turn};
 use super::local::Rectangles;
-use super::{KEPT, RowContext, RowEnds, RowSchedule, SmoothRows, VELOCITY_GIVEN, put_ends};
+use super::{KEPT, RowContext, RowEnds, RowSchedule, ScheduleOrigin, SmoothRows, VELOCITY_GIVEN, put_ends};
 
-/// Name of schedules that turn evenly from end to end.
-pub(super) const EVEN: &str = "smoothest, even";
 /// Axes nearer than this are the same, radian.
 const SAME_AXIS: f64 = 1e-6;
 
@@ -17,8 +15,8 @@ impl SmoothRows {
     /// The program before, what published methods for such rows make of it, and even turns between its ends,
     /// as far as the ends keep what they must and every block is free.
     pub(super) fn starts(&self, work: &RowContext<'_>, course: &[Angles], freedom: &Freedom<'_>) -> Vec<RowSchedule> {
-        let mut all = vec![("program before", course.to_vec())];
-        all.extend(self.published(work, course));
+        let mut all = vec![(ScheduleOrigin::Given, course.to_vec())];
+        all.extend(self.published(work, course).into_iter().map(|angles| (ScheduleOrigin::Given, angles)));
         if let (Some(first), Some(axis)) = (course.first(), freedom.own.last()) {
             // Both branches of the last axis, whole turns apart.
             let turns = course.iter().map(|q| q[0]);
@@ -33,7 +31,7 @@ impl SmoothRows {
             };
             let nearest = work.joints.all(axis, ranges).into_iter().min_by(|a, b| speed(a).total_cmp(&speed(b)));
             let made = nearest.into_iter().flat_map(|last| evens(work, [*first, last]));
-            all.extend(made.map(|angles| (EVEN, angles)));
+            all.extend(made.map(|angles| (ScheduleOrigin::Even, angles)));
         }
         free(work, freedom, all)
     }
@@ -48,23 +46,27 @@ impl SmoothRows {
         let (Some(first), Some(last), RowEnds::Free) = (angles.first(), angles.last(), self.ends) else {
             return Vec::new();
         };
-        free(work, freedom, evens(work, [*first, *last]).into_iter().map(|angles| (EVEN, angles)).collect())
+        free(
+            work,
+            freedom,
+            evens(work, [*first, *last]).into_iter().map(|angles| (ScheduleOrigin::Even, angles)).collect(),
+        )
     }
 
-    fn published(&self, work: &RowContext<'_>, course: &[Angles]) -> Vec<(&'static str, Vec<Angles>)> {
+    fn published(&self, work: &RowContext<'_>, course: &[Angles]) -> Vec<Vec<Angles>> {
         let made = |method: &dyn Method| {
             let made = method.reschedule(work.run, work.around).ok()?;
-            Some((method.name(), made.poses, made.rotary))
+            Some((made.poses, made.rotary))
         };
         let methods = match work.row.rules {
             Some(_) => {
                 let poses = work.row.by_strip_and_roughness(&self.rules, work.run, work.around);
-                vec![poses.map(|poses| (self.rules.name(), poses, None))]
+                vec![poses.map(|poses| (poses, None))]
             }
             None => vec![made(&Singularity::default()), made(&MinAngularAcceleration::default())],
         };
         let mut out = Vec::new();
-        for (name, poses, rotary) in methods.into_iter().flatten() {
+        for (poses, rotary) in methods.into_iter().flatten() {
             let angles = match rotary {
                 Some(rotary) => Ok(rotary.iter().map(|q| work.joints.of(q)).collect()),
                 None => work.joints.course(work.run, poses.iter().map(|p| &p.axis)),
@@ -76,7 +78,7 @@ impl SmoothRows {
                 a.zip(b).is_some_and(|(a, b)| (a - b).norm() < SAME_AXIS)
             };
             if self.ends == RowEnds::Free || (same(0) && same(course.len() - 1)) {
-                out.push((name, angles));
+                out.push(angles);
             }
         }
         out
@@ -84,9 +86,9 @@ impl SmoothRows {
 }
 
 /// Those that are free, with their times.
-fn free(work: &RowContext<'_>, freedom: &Freedom<'_>, all: Vec<(&'static str, Vec<Angles>)>) -> Vec<RowSchedule> {
+fn free(work: &RowContext<'_>, freedom: &Freedom<'_>, all: Vec<(ScheduleOrigin, Vec<Angles>)>) -> Vec<RowSchedule> {
     let free = all.into_iter().filter(|(_, angles)| freedom.is_free(angles));
-    free.map(|(name, angles)| work.tried(angles, name)).collect()
+    free.map(|(origin, angles)| work.tried(angles, origin)).collect()
 }
 
 /// From one end to the other in proportion to time, and with ramps where the joints are at rest at

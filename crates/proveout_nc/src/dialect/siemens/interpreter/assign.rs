@@ -4,6 +4,7 @@ use super::super::eval::{self, Val};
 use super::super::expr::Expr;
 use super::super::parser::{Definition, Type};
 use super::super::run_state::Interpreter;
+use super::super::system::subject_of;
 use crate::channel::expression::IndexedParameter;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
@@ -95,6 +96,7 @@ impl Interpreter {
         let fault = if name.starts_with('$') {
             Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system variable `{name}` cannot be written here"))
                 .help("of the system variables, frames such as $P_UIFR[1] can be written")
+                .about(subject_of(name))
         } else {
             Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the variable `{name}` is not defined"))
                 .help(format!("write DEF REAL {name} before it is used"))

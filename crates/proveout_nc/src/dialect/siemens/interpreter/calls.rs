@@ -42,7 +42,7 @@ impl Interpreter {
         self.room_for_call(&format!("`{}` is called", call.name), span)?;
         let (parameters, save, first_line) = procedure_head(&loaded, section).map_err(|fault| {
             let message = format!("the head of the subprogram `{}` is broken: {}", call.name, fault.message);
-            Fault { code: codes::SUBPROGRAM, message, help: fault.help, span }
+            Fault { code: codes::SUBPROGRAM, message, help: fault.help, span, about: None }
         })?;
         let given = call.arguments.as_deref().unwrap_or_default();
         if given.len() > parameters.len() {
