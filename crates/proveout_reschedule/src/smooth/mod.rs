@@ -38,7 +38,7 @@ use proveout_machine::{Carries, Joint, Machine};
 use self::spline_in_corridor::Corridor;
 pub(super) use self::tries::peaks;
 use self::tries::{TimedSchedule, effort};
-use super::s_theta::{curve, poses, study, turns};
+use super::s_theta::{curve, poses, rescheduled, study};
 use super::taut::{TautGate, free_taut_string};
 use super::tool_channel::ToolChannel;
 use super::{
@@ -447,13 +447,6 @@ impl Method for Smooth {
                 add_limits(&mut study.curves, &path, &channel);
             }
         }
-        let poses = poses(run, &path, &angles);
-        Ok(Rescheduled {
-            poses,
-            stretch: path.stretch(),
-            rotary: None,
-            channel: Some(turns(&path, &channel, angles)),
-            study,
-        })
+        Ok(rescheduled(run, &path, &channel, angles, study))
     }
 }
