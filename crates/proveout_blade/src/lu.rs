@@ -17,19 +17,12 @@ use proveout_geom::rad;
 use super::{
     closed_form::{ClosedForm, ClosedSurface},
     scalar::Scalar,
+    section::GAUSS,
     surface::{Domain, ParametricSurface},
 };
 
 /// Panels in which the length of a section is summed.
 const PANELS: usize = 256;
-/// Nodes and weights of the 5-point Gauss-Legendre rule on -1..1 (Abramowitz & Stegun 1964, table 25.4).
-const GAUSS: [(f64, f64); 5] = [
-    (0.0, 0.568_888_888_888_888_9),
-    (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
-    (0.906_179_845_938_664, 0.236_926_885_056_189_08),
-    (-0.906_179_845_938_664, 0.236_926_885_056_189_08),
-];
 
 /// A law that is linear along the span.
 #[derive(Clone, Copy, Debug, PartialEq)]

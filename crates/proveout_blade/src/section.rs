@@ -31,7 +31,7 @@ const LEAST_CAMBER: f64 = 1e-6;
 /// Largest shift, mm.
 const MOST_SHIFT_MM: f64 = 1e6;
 /// Nodes and weights of the 5-point Gauss-Legendre rule on -1..1 (Abramowitz & Stegun 1964, table 25.4).
-const GAUSS: [(f64, f64); 5] = [
+pub(crate) const GAUSS: [(f64, f64); 5] = [
     (0.0, 0.568_888_888_888_888_9),
     (0.538_469_310_105_683_1, 0.478_628_670_499_366_47),
     (-0.538_469_310_105_683_1, 0.478_628_670_499_366_47),

@@ -37,11 +37,6 @@ impl SectionPart {
         ("suction", Self::Suction),
         ("pressure", Self::Pressure),
     ];
-
-    /// Whether it is one of the two edges.
-    pub fn is_edge(self) -> bool {
-        matches!(self, Self::Leading | Self::Trailing)
-    }
 }
 
 /// Points round one section.

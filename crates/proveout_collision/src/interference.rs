@@ -8,7 +8,6 @@ use proveout_machine::{JointValues, MAX_JOINTS, Machine, PairCare};
 use proveout_tool::Tool;
 
 use crate::box_tree::BoxTree;
-use crate::least_clearance::{KeptPiece, Proof};
 use crate::neighbors::{EMPTY, Neighbors, SkinRests, at_rest, is_left, is_round, rests};
 use crate::pair_advance::{CheckedPair, JointStep, PairState};
 use crate::parts::{
@@ -21,6 +20,7 @@ use crate::report::{
 };
 use crate::ring::{Ring, RingState, ring_of, turning_joint};
 use crate::shape::PartShape;
+use crate::{JointMotion, least_clearance::Proof};
 
 /// Range of the first query of a pair beyond what is needed, mm; doubled when nothing is found.
 const FIRST_REACH_MM: f64 = 100.0;
@@ -381,7 +381,7 @@ impl Interference {
         }
         self.last = Some(*to);
         self.last_time = time[1];
-        self.keep_piece(KeptPiece { joints: [*from, *to], time, off: *off, slack });
+        self.keep_piece(JointMotion { joints: [*from, *to], time, off: *off, slack });
         before..self.breaches.len()
     }
 

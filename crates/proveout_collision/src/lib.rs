@@ -122,8 +122,8 @@ pub use interference::{FinerPiece, Interference};
 pub use least_clearance::{PairClearance, ProvedSpan};
 pub use neighbors::ZONE_MM;
 pub use orientation::{
-    AxisState, BallTurn, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings,
-    OrientationSpace, OrientationWalk, Refusal, SurfaceContact,
+    AxisState, Obstacle, OrientationCell, OrientationError, OrientationMap, OrientationSettings, OrientationSpace,
+    OrientationWalk, Refusal, SurfaceContact,
 };
 pub use parts::{BEARING_ROLES, Fixture};
 pub use report::{

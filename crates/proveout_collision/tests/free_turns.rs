@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use proveout_collision::{BallTurn, Obstacle, OrientationSettings, OrientationSpace, ToolClearance};
-use proveout_geom::{Aabb, Point, ToolPose, Vector, box_mesh, revolved_mesh};
+use proveout_collision::{Obstacle, OrientationSettings, OrientationSpace, ToolClearance};
+use proveout_geom::{Aabb, AxisTurn, Point, ToolPose, Vector, box_mesh, revolved_mesh};
 use proveout_tool::{Cutter, HolderSection, Tool, ToolBuilder};
 
 fn tool() -> Tool {
@@ -13,7 +13,7 @@ fn tool() -> Tool {
     builder.holder([section(20.0, 32.0, 30.0), section(63.0, 63.0, 15.0)]).build().expect("tool")
 }
 
-fn pose(turn: &BallTurn, center: Point, angle: f64, radius: f64) -> ToolPose {
+fn pose(turn: &AxisTurn, center: Point, angle: f64, radius: f64) -> ToolPose {
     let across = (1.0 - turn.axial * turn.axial).sqrt();
     let [u, v, w] = turn.basis;
     let axis = u * (across * angle.cos()) + v * (across * angle.sin()) + w * turn.axial;
@@ -38,7 +38,7 @@ fn free_angles_are_free_and_end_where_the_tool_meets_the_solids() {
     let mut met = 0;
     for k in 0..24 {
         let at = f64::from(k);
-        let turn = BallTurn {
+        let turn = AxisTurn {
             center: Point::new(-14.0 - 0.5 * at, 3.0 * (at - 12.0) * 0.4, 20.0 + at),
             drift: 0.02 * at,
             basis: [Vector::x(), Vector::z(), -Vector::y()],
@@ -81,7 +81,7 @@ fn free_angles_are_free_and_end_where_the_tool_meets_the_solids() {
 fn nothing_near_leaves_the_whole_turn_and_a_flat_end_has_none() {
     let far = box_mesh(&Aabb { min: [500.0, 0.0, 0.0].into(), max: [510.0, 10.0, 10.0].into() });
     let solids = [Obstacle { name: "far", mesh: &far, cut: true }];
-    let turn = BallTurn {
+    let turn = AxisTurn {
         center: Point::origin(),
         drift: 0.1,
         basis: [Vector::x(), Vector::y(), Vector::z()],
@@ -91,7 +91,7 @@ fn nothing_near_leaves_the_whole_turn_and_a_flat_end_has_none() {
     let settings = OrientationSettings::default();
     let space = OrientationSpace::new(&tool(), &solids, &settings).expect("space");
     assert_eq!(space.free_turns(&turn), Some(vec![[-PI, PI]]));
-    assert_eq!(space.free_turns(&BallTurn { drift: f64::NAN, ..turn }), None);
+    assert_eq!(space.free_turns(&AxisTurn { drift: f64::NAN, ..turn }), None);
     let flat = ToolBuilder::new(1, "FLAT", Cutter::flat(8.0).expect("flat"), 20.0, 90.0).build().expect("tool");
     let space = OrientationSpace::new(&flat, &solids, &settings).expect("space");
     assert_eq!(space.free_turns(&turn), None);

@@ -1,14 +1,18 @@
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use crate::servo::Plant;
 
-/// Which motion the tool makes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+/// Which motion cuts the stock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Dynamics {
-    /// Exactly the programmed path, at the time law of the plan: corners are not rounded in the geometry.
+    /// The programmed path without corner rounding, at the planned times.
     Ideal,
-    /// The set points of the plan: corners rounded within the tolerance.
+    /// The set points of the control: corners rounded within the tolerance.
     #[default]
     Planned,
-    /// What the drives make of the set points: lag, friction, backlash, elasticity, force limits.
+    /// What the drives make of the set points; the machine must describe its drives.
     Servo,
 }
 

@@ -296,6 +296,11 @@ impl Quintic {
 
     fn cut(&self, u: f64) -> [Self; 2] {
         let t = ((u - self.u0) / (self.u1 - self.u0)).clamp(0.0, 1.0);
+        self.split(u, |a, b| a * (1.0 - t) + b * t)
+    }
+
+    /// The parts before and after u; `between` gives a place between two control points.
+    fn split(&self, u: f64, between: impl Fn(JointValues, JointValues) -> JointValues) -> [Self; 2] {
         let mut level = self.control;
         let mut left = level;
         let mut right = level;
@@ -303,7 +308,7 @@ impl Quintic {
             left[k] = level[0];
             right[5 - k] = level[5 - k];
             for i in 0..5 - k {
-                level[i] = level[i] * (1.0 - t) + level[i + 1] * t;
+                level[i] = between(level[i], level[i + 1]);
             }
         }
         [Self { u0: self.u0, u1: u, control: left }, Self { u0: u, u1: self.u1, control: right }]
@@ -316,18 +321,7 @@ impl Quintic {
 
     /// The two parts before and after t = 1/2 (de Casteljau).
     pub(crate) fn halves(&self) -> [Self; 2] {
-        let mut level = self.control;
-        let mut left = level;
-        let mut right = level;
-        for k in 0..6 {
-            left[k] = level[0];
-            right[5 - k] = level[5 - k];
-            for i in 0..5 - k {
-                level[i] = (level[i] + level[i + 1]) * 0.5;
-            }
-        }
-        let mid = 0.5 * (self.u0 + self.u1);
-        [Self { u0: self.u0, u1: mid, control: left }, Self { u0: mid, u1: self.u1, control: right }]
+        self.split(0.5 * (self.u0 + self.u1), |a, b| (a + b) * 0.5)
     }
 }
 

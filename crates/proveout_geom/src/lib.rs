@@ -34,7 +34,7 @@ pub use mesh_file::{
 pub use overlap::Overlap;
 pub use pose::Pose;
 pub use primitives::{box_mesh, cylinder_mesh, revolved_mesh};
-pub use tool_pose::ToolPose;
+pub use tool_pose::{AxisTurn, ToolPose};
 
 /// Point in millimeter.
 pub type Point = nalgebra::Point3<f64>;

@@ -3,6 +3,22 @@ use crate::{Point, Pose, Vector};
 /// Sine between axes below which the axis does not turn: opposite ones have no great circle.
 const NO_TURN: f64 = 1e-12;
 
+/// A turn of the tool axis about a direction, with the center of the tool's ball held:
+/// `V(a) = sqrt(1 - axial^2) (basis[0] cos a + basis[1] sin a) + axial basis[2]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AxisTurn {
+    /// Center of the ball, mm.
+    pub center: Point,
+    /// The result holds for all centers no farther away than this, mm.
+    pub drift: f64,
+    /// Unit vectors at right angles to each other.
+    pub basis: [Vector; 3],
+    /// Sine of the inclination of the axis.
+    pub axial: f64,
+    /// The result holds for all axes no farther from those of the turn than this, radian.
+    pub spread: f64,
+}
+
 /// Tip and axis of a tool in one frame: a cutter location. The turn about the axis is left open, since every body of a
 /// tool assembly is a body of revolution.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -37,17 +37,18 @@
 //! | `quantities.rs` | ranges by unit, as checks and as `minimum` and `maximum` of the JSON schemas |
 //! | `inch.rs` | files that count in inch |
 //! | `regular_file.rs` | files of bounded size |
+//! | `xml_attributes.rs` | the bound of attributes before XML is parsed |
 
 mod document;
 mod inch;
 mod input_error;
 mod quantities;
 mod regular_file;
+mod xml_attributes;
 
 pub use document::{Document, ExpectedType, Step, TomlFault, nearest};
 pub use inch::{add_inches_to_schema, in_millimeters};
 pub use input_error::{InputError, InputFault, read_input};
-pub use quantities::{
-    MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, check_quantity, range_of, table_of_ranges,
-};
+pub use quantities::{MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, check_quantity, range_of};
 pub use regular_file::{open_regular_file, read_regular_file, read_regular_text};
+pub use xml_attributes::element_with_more_attributes;

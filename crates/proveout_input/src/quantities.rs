@@ -6,7 +6,6 @@
 //! of a machine or tool are checked afterwards by its own reader. The same table provides `minimum` and
 //! `maximum` of the JSON schemas.
 
-use std::fmt::Write as _;
 use std::ops::Range;
 
 use serde_json::{Map, Value, json};
@@ -183,17 +182,6 @@ fn bound(of: &mut Map<String, Value>, least: f64, most: f64) {
     {
         bound(items, least, most);
     }
-}
-
-/// The ranges as lines of a table for the pages: unit or key, least, largest.
-pub fn table_of_ranges() -> String {
-    let mut table = String::from("| key or unit | least | largest |\n|---|---|---|\n");
-    for (key, least, most, zero) in RANGES {
-        let zero = if zero && least > 0.0 { " or 0" } else { "" };
-        writeln!(table, "| `{key}` | {least}{zero} | {most} |").ok();
-    }
-    writeln!(table, "| any other number | {} | {PLAIN} |", -PLAIN).ok();
-    table
 }
 
 #[cfg(test)]

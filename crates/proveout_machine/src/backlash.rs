@@ -4,7 +4,7 @@ use proveout_geom::rad;
 
 use crate::{
     drive::{ElasticMode, Encoder},
-    drive_file::{DriveFile, DriveKeys, EncoderFile},
+    drive_file::{DriveFile, DriveKeys},
     reading::Checked,
     units::MM2_PER_M2,
 };
@@ -42,8 +42,7 @@ pub(crate) fn read_transmission(keys: &DriveKeys<'_>, f: &DriveFile) -> Checked<
         return Err(keys.fault(motor_key, message, format!("add {motor_key}")));
     }
     let encoder = match f.encoder {
-        Some(EncoderFile::Motor) => Encoder::Motor,
-        Some(EncoderFile::Load) => Encoder::Load,
+        Some(encoder) => encoder,
         None if backlash == 0.0 && elastic.is_none() => Encoder::Motor,
         None => {
             let message = "with backlash or an elastic mode, state where the position is measured";

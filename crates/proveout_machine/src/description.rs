@@ -6,7 +6,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::{drive_file::DriveFile, errors_reader::ErrorsFile, platform_reader::PlatformFile, reading::Notes};
+use crate::{
+    Carries, JointKind, RapidMode, drive_file::DriveFile, errors_reader::ErrorsFile, platform_reader::PlatformFile,
+    reading::Notes,
+};
 
 /// A machine tool: joints, spindle, table, control and bodies.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -60,26 +63,6 @@ pub(crate) enum ZeroFile {
     Home,
 }
 
-/// Slide or turn.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum KindFile {
-    /// Slides; its keys are in mm.
-    Linear,
-    /// Turns; its keys are in degrees.
-    Rotary,
-}
-
-/// Side of the machine.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum CarriesFile {
-    /// Between base and spindle.
-    Tool,
-    /// Between base and table.
-    Workpiece,
-}
-
 /// One axis. A limit that is left out is reported as missing, and the gate that needs it stays unchecked.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -87,9 +70,9 @@ pub(crate) struct JointFile {
     /// Name, as programs address it: X, B, C.
     pub(crate) name: String,
     /// linear or rotary.
-    pub(crate) kind: KindFile,
+    pub(crate) kind: JointKind,
     /// tool or workpiece: what the joint carries.
-    pub(crate) carries: CarriesFile,
+    pub(crate) carries: Carries,
     /// Joint that this one is mounted on, or base.
     pub(crate) parent: String,
     /// Unit vector in machine coordinates with all joints at zero.
@@ -193,17 +176,6 @@ pub(crate) struct TableFile {
     pub(crate) chosen: Notes,
 }
 
-/// Way of moving in rapid blocks.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum RapidFile {
-    /// All joints begin and end together, on a straight line.
-    Straight,
-    /// Each joint at its own speed, on a tilted plane too whose axes are those of the machine. Elsewhere
-    /// under tool center point control the tip keeps its line.
-    Independent,
-}
-
 /// A kinematics that programs switch on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -228,7 +200,7 @@ pub(crate) struct MachineControlFile {
     /// Time of a tool change, once in its position.
     pub(crate) tool_change_time_s: f64,
     /// How rapids run: straight or independent.
-    pub(crate) rapid_mode: RapidFile,
+    pub(crate) rapid_mode: RapidMode,
     /// Kinematics that programs may switch on; an empty list for a control that only moves its axes. A
     /// program that switches on another one is refused. Where the key is missing, it is not known, and every
     /// one is taken.

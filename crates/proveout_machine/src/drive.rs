@@ -12,12 +12,16 @@
 //! Linear joints are described in N, kg and mm, rotary joints in Nm, kg m² and degrees; all seen at the
 //! joint, with gears and screws taken out. Inside, forces are in N and torques in N mm.
 
-/// Where the position loop measures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Place of the position encoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Encoder {
     /// On the motor, before backlash and elasticity.
     Motor,
-    /// On the load, after backlash and elasticity.
+    /// On the load side: scale or ring encoder.
     Load,
 }
 

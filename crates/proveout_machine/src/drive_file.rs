@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::{
+    Encoder,
     reading::{Checked, positive},
     units::{N_MM_PER_N_M, N_S_MM_PER_N_S_M},
 };
@@ -66,7 +67,7 @@ pub(crate) struct DriveFile {
     pub(crate) backlash_deg: Option<f64>,
     /// Where the position is measured: motor (before backlash and elasticity) or load (a scale on the load side).
     /// Required with backlash or elasticity.
-    pub(crate) encoder: Option<EncoderFile>,
+    pub(crate) encoder: Option<Encoder>,
     /// Natural frequency of the load on the held motor.
     pub(crate) elastic_frequency_hz: Option<f64>,
     /// Damping ratio of that oscillation, 0 to 1; required together with the frequency.
@@ -80,16 +81,6 @@ pub(crate) struct DriveFile {
     #[serde(default)]
     #[serde(rename = "counterbalance_N")]
     pub(crate) counterbalance_n: f64,
-}
-
-/// Place of the position encoder.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub(crate) enum EncoderFile {
-    /// On the motor, before backlash and elasticity.
-    Motor,
-    /// On the load side: scale or ring encoder.
-    Load,
 }
 
 /// Key of a linear joint with its value, and that of a rotary one.

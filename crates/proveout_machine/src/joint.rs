@@ -1,6 +1,8 @@
 use std::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
 
 use proveout_geom::{Point, Pose, Vector};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use crate::TurnShift;
 
@@ -105,12 +107,14 @@ impl Neg for JointValues {
     }
 }
 
-/// What a joint does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+// Positions inside of the program are in mm and radian.
+/// Slide or turn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum JointKind {
-    /// Slides along its direction; values in mm.
+    /// Slides; its keys are in mm.
     Linear,
-    /// Turns about the line through its point; values in radian.
+    /// Turns; its keys are in degrees.
     Rotary,
 }
 
@@ -140,12 +144,13 @@ impl JointKind {
     }
 }
 
-/// What a joint carries.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// Side of the machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum Carries {
-    /// The spindle side.
+    /// Between base and spindle.
     Tool,
-    /// The table side.
+    /// Between base and table.
     Workpiece,
 }
 

@@ -4,9 +4,9 @@ use proveout_geom::{Point, rad};
 use proveout_input::{Document, Step::Item, Step::Key};
 
 use crate::{
-    Attachment, Carries, Joint, JointKind,
+    Attachment, Joint, JointKind,
     attachment::attachment,
-    description::{CarriesFile, JointFile, KindFile},
+    description::JointFile,
     drive_reader::read_drive,
     reading::{Checked, finite_vector, positive, unit},
     units::MM2_PER_M2,
@@ -21,7 +21,7 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
         let message = format!("a joint cannot have the name {:?}", file.name);
         return Err(source.error("machine-joint-name", &at("name"), message, "name it by its letter, as programs do"));
     }
-    let rotary = matches!(file.kind, KindFile::Rotary);
+    let rotary = file.kind == JointKind::Rotary;
     check_units(source, index, file, rotary)?;
     let sense = match file.sense {
         Some(sense) if sense.abs() == 1.0 => sense,
@@ -71,11 +71,8 @@ pub(crate) fn read_joint(source: &Document<'_>, index: usize, file: &JointFile, 
     let tool_change = if rotary { angle(file.tool_change_deg) } else { file.tool_change_mm };
     let joint = Joint {
         name: file.name.clone(),
-        kind: if rotary { JointKind::Rotary } else { JointKind::Linear },
-        carries: match file.carries {
-            CarriesFile::Tool => Carries::Tool,
-            CarriesFile::Workpiece => Carries::Workpiece,
-        },
+        kind: file.kind,
+        carries: file.carries,
         parent,
         direction: unit(source, &at("direction"), file.direction)?,
         point,

@@ -1,4 +1,6 @@
 use proveout_geom::{Pose, ToolPose, TriMesh, Vector};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use crate::{
     Attachment, BodyMass, GeometricErrors, Joint, JointValues, MAX_JOINTS, PairRule, Platform, SpindleData, TableData,
@@ -24,13 +26,16 @@ pub struct MachineBody {
     pub check: bool,
 }
 
-/// How joints move in a rapid block.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+/// Way of moving in rapid blocks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
 pub enum RapidMode {
-    /// All joints begin and end together: the joint-space path is straight.
+    /// All joints begin and end together, on a straight line.
     #[default]
     Straight,
-    /// Each joint at its own speed; the path is bent.
+    /// Each joint at its own speed, on a tilted plane too whose axes are those of the machine. Elsewhere
+    /// under tool center point control the tip keeps its line.
+    #[serde(rename = "independent")]
     IndependentJoints,
 }
 

@@ -6,11 +6,10 @@ use proveout_geom::{Point, Pose, Vector, rad};
 use proveout_input::{Document, InputError, Step, Step::Item, Step::Key, read_input};
 
 use crate::{
-    Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, RapidMode, SpindleData,
-    TableData, Trust,
+    Carries, Control, ControlKinematics, GeometricErrors, Joint, MAX_JOINTS, Machine, SpindleData, TableData, Trust,
     attachment::attachment,
     bodies::read_bodies,
-    description::{KinematicsFile, MachineFile, RapidFile, ZeroFile},
+    description::{KinematicsFile, MachineFile, ZeroFile},
     errors_reader::read_errors,
     joint_reader::read_joint,
     key_lines::KeyLines,
@@ -158,10 +157,7 @@ fn read_control(source: &Document<'_>, content: &MachineFile, joints: &[Joint]) 
         block_time: not_negative(source, &at("block_time_ms"), file.block_time_ms)? * S_PER_MS,
         tool_change_time: not_negative(source, &at("tool_change_time_s"), file.tool_change_time_s)?,
         spindle_start_time: not_negative(source, &[Key("spindle"), Key("start_time_s")], content.spindle.start_time_s)?,
-        rapid_mode: match file.rapid_mode {
-            RapidFile::Straight => RapidMode::Straight,
-            RapidFile::Independent => RapidMode::IndependentJoints,
-        },
+        rapid_mode: file.rapid_mode,
         kinematics: file.kinematics.as_ref().map(|list| ControlKinematics {
             tcp: list.contains(&KinematicsFile::Tcp),
             tilted_plane: list.contains(&KinematicsFile::TiltedPlane),

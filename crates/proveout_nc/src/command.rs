@@ -1,5 +1,8 @@
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use crate::Overcut;
 
 /// The axis letters that a program can address, in the order of [`AxisValues`].
@@ -195,7 +198,7 @@ pub enum Op {
 }
 
 /// End of a motion.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Motion {
     /// Programmed coordinates in the active work frame; all axes whose position is known there.
     pub end: AxisValues,
@@ -453,13 +456,14 @@ pub struct Tcp {
     pub interpolation: OrientationInterpolation,
 }
 
-/// Path of the orientation within a block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Path of the tool axis between two blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum OrientationInterpolation {
-    /// Rotary axes in proportion to the path (ORIAXES).
-    Axes,
-    /// Tool axis on the great circle (ORIVECT).
+    /// In the plane of the two axes (ORIVECT).
     GreatCircle,
+    /// As the rotary axes run (ORIAXES).
+    Axes,
 }
 
 /// Treatment of corners.

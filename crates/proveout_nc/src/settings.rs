@@ -4,30 +4,38 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use crate::control::{ArcTolerance, Control, WholeNumbers};
 use crate::{AxisValues, Kinematics, OptionalStop, OrientationInterpolation, ReferencePoints, ToolName};
 
-/// Language of a program.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+/// A language.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Dialect {
     /// Detected from the ending of the file name and from the text.
     #[default]
+    #[serde(skip)]
     Auto,
     /// Siemens Sinumerik 840D sl.
+    #[serde(rename = "siemens-840d")]
     Siemens840d,
     /// ISO 6983 / RS274; the control is detected from the text, Fanuc where the text does not say.
+    #[serde(skip)]
     Iso,
-    /// ISO with the words of Fanuc Series 30i and macro B.
+    /// ISO with macro B, as a Fanuc and many others speak it.
     Fanuc,
-    /// ISO with the words of Haas NGC.
+    /// ISO of a Haas.
     Haas,
-    /// RS274/NGC with the words of `LinuxCNC`.
+    /// RS274/NGC of `LinuxCNC`.
+    #[serde(rename = "linuxcnc")]
     LinuxCnc,
-    /// Heidenhain TNC, Klartext.
+    /// Heidenhain Klartext.
     Heidenhain,
-    /// Heidenhain TNC, DIN/ISO.
+    /// Heidenhain DIN/ISO.
     HeidenhainIso,
-    /// APT cutter location data (ISO 4343 words).
+    /// APT cutter location data.
     Apt,
 }
 

@@ -27,7 +27,7 @@ const MAX_RECOVERIES: u32 = 200_000;
 pub type Look<'a> = dyn FnMut(&Command, Dialect) -> Option<Diagnostic> + 'a;
 
 /// What a reading pass over a whole program has found.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Survey {
     /// The dialect that was read; [`Dialect::Auto`] where it was not recognized.
     pub dialect: Dialect,
@@ -72,25 +72,8 @@ impl Survey {
         }
     }
 
-    fn empty(dialect: Dialect) -> Self {
-        Self {
-            dialect,
-            commands: 0,
-            motions: 0,
-            ended: false,
-            subprogram: false,
-            faults: Vec::new(),
-            more_faults: 0,
-            not_run: Vec::new(),
-            assumptions: Vec::new(),
-            notes: Vec::new(),
-            files: Vec::new(),
-            last: None,
-        }
-    }
-
     fn refused(fault: Diagnostic) -> Self {
-        Self { faults: vec![fault], ..Self::empty(Dialect::Auto) }
+        Self { faults: vec![fault], ..Self::default() }
     }
 
     fn of(mut program: Program, look: &mut Look<'_>) -> Self {
@@ -130,7 +113,7 @@ impl Survey {
     }
 
     fn close(program: &Program, tally: Tally, mut list: Faults) -> Self {
-        let mut survey = Self::empty(program.dialect());
+        let mut survey = Self { dialect: program.dialect(), ..Self::default() };
         (survey.commands, survey.motions, survey.ended) = (tally.commands, tally.motions, tally.ended);
         // Faults of lines, whether they were run or not.
         for source in program.sources() {

@@ -14,7 +14,7 @@ use proveout_sim::{
     compare::CompareChoice,
     partial::StopAt,
     resolution_fault,
-    scene::{DynamicsFile, PlantFile},
+    scene::{Dynamics, Plant},
 };
 use pyo3::prelude::*;
 
@@ -95,7 +95,7 @@ fn map_of(py: Python<'_>, map: KeptMap) -> PyResult<Map> {
 struct RunChoice {
     resolution_mm: Option<f64>,
     threads: usize,
-    dynamics: Option<DynamicsFile>,
+    dynamics: Option<Dynamics>,
     rerun: bool,
 }
 
@@ -119,9 +119,9 @@ impl RunChoice {
         };
         let dynamics = match dynamics {
             None => None,
-            Some("ideal") => Some(DynamicsFile::Ideal),
-            Some("planned") => Some(DynamicsFile::Planned),
-            Some("servo") => Some(DynamicsFile::Servo),
+            Some("ideal") => Some(Dynamics::Ideal),
+            Some("planned") => Some(Dynamics::Planned),
+            Some("servo") => Some(Dynamics::Servo),
             Some(other) => {
                 return Err(wrong(py, format!("unknown dynamics {other:?}"), "use ideal, planned or servo"));
             }
@@ -171,8 +171,8 @@ pub(crate) fn run<'py>(
     let chosen = RunChoice::read(py, resolution_mm, threads, dynamics, rerun)?;
     let plant = match plant {
         None => None,
-        Some("newton-euler") => Some(PlantFile::NewtonEuler),
-        Some("rapier") => Some(PlantFile::Rapier),
+        Some("newton-euler") => Some(Plant::NewtonEuler),
+        Some("rapier") => Some(Plant::Rapier),
         Some(other) => {
             return Err(wrong(py, format!("unknown plant {other:?}"), "use newton-euler or rapier"));
         }

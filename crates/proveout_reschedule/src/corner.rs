@@ -16,26 +16,38 @@
 
 use std::f64::consts::TAU;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 /// Step of t at which the search on a piece ends.
 const FOUND: f64 = 1e-15;
 /// Bend of a polyline below which a corner is its rounding error, radian.
 const STRAIGHT: f64 = 1e-12;
 
-/// Unit of theta in the construction of corners, S in mm.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// Unit of theta.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum ThetaUnit {
     /// Degrees.
     #[default]
     Degree,
     /// Radian.
     Radian,
-    /// Turns for theta, layers for S.
+    /// Turns and layers.
     Normalized,
-    /// The curve does not depend on units: mean slope, equal abscissa lengths.
+    /// A rule that does not depend on units.
     UnitFree,
 }
 
 impl ThetaUnit {
+    /// Every unit with its name.
+    pub const NAMES: [(&'static str, Self); 4] = [
+        ("degree", Self::Degree),
+        ("radian", Self::Radian),
+        ("normalized", Self::Normalized),
+        ("unit-free", Self::UnitFree),
+    ];
+
     /// Factors of S (mm) and theta (radian) for a layer of this arc length, mm.
     pub fn scale(self, layer: f64) -> [f64; 2] {
         match self {

@@ -37,6 +37,9 @@
 //! | `study.rs` | what a method shows |
 //! | `error.rs` | [`RescheduleError`] |
 
+pub use proveout_geom::AxisTurn;
+
+mod band;
 mod blade_surface;
 mod certificate;
 mod channel;
@@ -154,22 +157,6 @@ pub trait FeasibleRegion {
     fn reach(&self) -> Option<f64> {
         None
     }
-}
-
-/// A turn of the tool axis about a direction, with the center of the tool's ball held:
-/// `V(a) = sqrt(1 - axial^2) (basis[0] cos a + basis[1] sin a) + axial basis[2]`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct AxisTurn {
-    /// Center of the ball, mm.
-    pub center: Point,
-    /// The result holds for all centers no farther away than this, mm.
-    pub drift: f64,
-    /// Unit vectors at right angles to each other.
-    pub basis: [Vector; 3],
-    /// Sine of the inclination of the axis.
-    pub axial: f64,
-    /// The result holds for all axes no farther from those of the turn than this, radian.
-    pub spread: f64,
 }
 
 /// How long a control takes: the time law that a method may ask about.

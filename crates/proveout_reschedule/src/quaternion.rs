@@ -13,7 +13,7 @@
 
 use proveout_geom::Vector;
 
-use super::s_theta::{curve, poses, study, turns};
+use super::s_theta::{curve, rescheduled, study};
 use super::{
     Channel, CurveKind, CuttingRun, Figure, Method, RescheduleError, Rescheduled, STHETA_DEFAULTS, SectionPath,
     Surroundings,
@@ -91,13 +91,6 @@ impl Method for Quaternion {
         let points: Vec<[f64; 2]> = keys.iter().map(|&i| [path.arc[i], path.axis_angle[i]]).collect();
         study.figures.push(Figure { name: "key points", unit: "", value: keys.len() as f64 });
         study.curves.push(curve("key points", CurveKind::KeyPoints, points));
-        let poses = poses(run, &path, &angles);
-        Ok(Rescheduled {
-            poses,
-            stretch: path.stretch(),
-            rotary: None,
-            channel: Some(turns(&path, &channel, angles)),
-            study,
-        })
+        Ok(rescheduled(run, &path, &channel, angles, study))
     }
 }

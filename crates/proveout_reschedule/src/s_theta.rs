@@ -402,14 +402,24 @@ impl Method for STheta {
         study.curves.push(curve("taut string", CurveKind::Polyline, string));
         study.curves.push(curve("key points", CurveKind::KeyPoints, keys));
         study.curves.push(curve("base points", CurveKind::Marks, bases));
-        let poses = poses(run, &path, &angles);
-        Ok(Rescheduled {
-            poses,
-            stretch: path.stretch(),
-            rotary: None,
-            channel: Some(turns(&path, &channel, angles)),
-            study,
-        })
+        Ok(rescheduled(run, &path, &channel, angles, study))
+    }
+}
+
+/// The result of a method that turns the axes in the section.
+pub(super) fn rescheduled(
+    run: &CuttingRun,
+    path: &SectionPath,
+    channel: &Channel,
+    angles: Vec<f64>,
+    study: Study,
+) -> Rescheduled {
+    Rescheduled {
+        poses: poses(run, path, &angles),
+        stretch: path.stretch(),
+        rotary: None,
+        channel: Some(turns(path, channel, angles)),
+        study,
     }
 }
 
@@ -444,7 +454,7 @@ pub(super) fn study(path: &SectionPath, channel: &Channel, angles: &[f64]) -> St
 }
 
 /// The channel as angles about the table axis.
-pub(super) fn turns(path: &SectionPath, channel: &Channel, angles: Vec<f64>) -> TurnChannel {
+fn turns(path: &SectionPath, channel: &Channel, angles: Vec<f64>) -> TurnChannel {
     let [u, v, axis] = path.basis;
     TurnChannel {
         axis: axis * u.cross(&v).dot(&axis).signum(),

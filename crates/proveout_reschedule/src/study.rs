@@ -1,18 +1,19 @@
 //! What a method shows of its work: curves and numbers, without a word of the method in their types.
 
-/// What a curve is, so that it can be drawn without knowing its method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a curve is, so that it can be drawn without knowing its method; what is drawn first comes
+/// first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CurveKind {
     /// A bound that the result keeps to; it is joined by lines.
     Limit,
     /// The program before; joined by lines.
     Original,
-    /// Points that the method has chosen and the result is led by; not joined.
-    KeyPoints,
     /// The key points joined by straight lines, before they are smoothed.
     Polyline,
     /// The program after; joined by lines.
     Result,
+    /// Points that the method has chosen and the result is led by; not joined.
+    KeyPoints,
     /// Places that divide the path: base points, seams, ends of a treated stretch; not joined.
     Marks,
 }

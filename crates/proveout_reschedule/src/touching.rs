@@ -3,7 +3,7 @@
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_path::{PathCutter, PathPoint};
 
-use super::Surroundings;
+use super::{CuttingBlock, CuttingRun, RescheduleError, Surroundings};
 
 /// Steps that the contact is looked for in, and how near it must come, mm.
 const CONTACT_STEPS: usize = 60;
@@ -33,6 +33,25 @@ pub(super) fn place(point: Point, normal: Vector) -> PathPoint {
         path_curvature: 0.0,
         form: [0.0; 3],
     }
+}
+
+/// Where each block of a run touches.
+///
+/// # Errors
+/// The first block of which that is not known.
+pub(super) fn contacts(
+    run: &CuttingRun,
+    cutter: &PathCutter,
+    around: &Surroundings<'_>,
+) -> Result<Vec<TouchOffset>, RescheduleError> {
+    let of = |block: &CuttingBlock| {
+        touching(&block.pose, cutter, around).ok_or_else(|| {
+            let message = "where the tool touches is not known: it is not a ball, and no surface of the part is near";
+            let help = "describe the blade of the scene under [part.blade], or use a ball end mill";
+            RescheduleError::new("reschedule-tool", block.line, message, help)
+        })
+    };
+    run.blocks.iter().map(of).collect()
 }
 
 pub(super) fn touching(pose: &ToolPose, cutter: &PathCutter, around: &Surroundings<'_>) -> Option<TouchOffset> {

@@ -34,6 +34,7 @@ pub mod compare;
 mod cut;
 mod evidence;
 mod judge;
+mod latin_hypercube;
 mod observe;
 mod prepare;
 pub mod run;
@@ -86,5 +87,7 @@ pub mod programs {
     pub use crate::{
         compare::remade::Remade,
         prepare::programs::{Original, Rescheduling, helix, largest_center_shift, rescheduled, text},
+        compare::remade::{ChannelShown, Remade},
+        prepare::programs::{Original, Rescheduling, helix, rescheduled, text},
     };
 }

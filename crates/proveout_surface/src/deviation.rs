@@ -1,28 +1,10 @@
 //! Deviation of a cut surface from its design.
 
 use proveout_geom::{Aabb, Point, Vector};
+pub use proveout_stock::SurfacePoint;
 use rayon::prelude::*;
 
 use crate::DesignSurface;
-
-/// A point of a cut surface on one ray of the stock.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfaceSample {
-    /// The point, mm, in the frame of the design.
-    pub point: Point,
-    /// Outward unit normal of the cut surface, where known.
-    pub normal: Option<Vector>,
-    /// Direction of the ray that found it: 0, 1, 2 for x, y, z.
-    pub axis: u8,
-    /// The motion that cut it; none for the skin of the raw stock.
-    pub made_by: Option<u32>,
-}
-
-impl From<proveout_stock::SurfacePoint> for SurfaceSample {
-    fn from(p: proveout_stock::SurfacePoint) -> Self {
-        Self { point: p.point, normal: p.normal, axis: p.axis, made_by: p.made_by }
-    }
-}
 
 /// Which points count, and how.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -134,7 +116,7 @@ impl Tally {
     }
 
     /// Adds a point; the order of the points decides the last bits.
-    pub fn add(&mut self, sample: &SurfaceSample, judged: &Judged) {
+    pub fn add(&mut self, sample: &SurfacePoint, judged: &Judged) {
         let result = &mut self.result;
         let (deviation, weight) = match *judged {
             Judged::Masked => return result.masked += 1,
@@ -175,12 +157,12 @@ impl Tally {
 ///
 /// ```
 /// use proveout_geom::{Point, Vector};
-/// use proveout_surface::{DeviationSettings, Plane, SurfaceSample, measure};
+/// use proveout_surface::{DeviationSettings, Plane, SurfacePoint, measure};
 ///
 /// let design = Plane { point: Point::origin(), normal: Vector::z() };
 /// let at = |z: f64| {
 ///     let point = Point::new(0.0, 0.0, z);
-///     SurfaceSample { point, normal: Some(Vector::z()), axis: 2, made_by: None }
+///     SurfacePoint { point, normal: Some(Vector::z()), axis: 2, made_by: None }
 /// };
 /// let (range, tolerance_floor, cells) = (1.0, 0.005, [0.5; 3]); // mm
 /// let (region, only_cut) = (None, false);
@@ -191,7 +173,7 @@ impl Tally {
 /// assert!((found.area - 0.5).abs() < 1e-12 && (found.gouge_area - 0.25).abs() < 1e-12); // mm2
 /// ```
 pub fn measure(
-    samples: &[SurfaceSample],
+    samples: &[SurfacePoint],
     design: &(impl DesignSurface + ?Sized),
     settings: &DeviationSettings,
 ) -> Deviation {
@@ -201,10 +183,10 @@ pub fn measure(
 /// The same where only some points count: the others get their value and are left out of all sums, as where a
 /// finer surface takes their place.
 pub fn measure_where(
-    samples: &[SurfaceSample],
+    samples: &[SurfacePoint],
     design: &(impl DesignSurface + ?Sized),
     settings: &DeviationSettings,
-    counts: impl Fn(&SurfaceSample) -> bool,
+    counts: impl Fn(&SurfacePoint) -> bool,
 ) -> Deviation {
     let judged: Vec<Judged> = samples.par_iter().map(|s| judge(s, design, settings)).collect();
     let mut tally = Tally::new(settings.tolerance_floor);
@@ -240,7 +222,7 @@ impl Deviation {
 }
 
 /// What a point gives against a design.
-pub fn judge(s: &SurfaceSample, design: &(impl DesignSurface + ?Sized), settings: &DeviationSettings) -> Judged {
+pub fn judge(s: &SurfacePoint, design: &(impl DesignSurface + ?Sized), settings: &DeviationSettings) -> Judged {
     let outside = settings.region.is_some_and(|b| !b.contains(&s.point));
     if outside || settings.only_cut && s.made_by.is_none() {
         return Judged::Masked;

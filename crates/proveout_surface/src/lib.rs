@@ -6,7 +6,7 @@
 //! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`HalfSpaceDesign`],
 //!   [`Sphere`], [`ConeFrustum`], [`ConeFlank`] and blades ([`proveout_blade::Blade`]) in closed form;
 //!   [`chord_error`] of a mesh against one.
-//! * [`measure`] – [`Deviation`] of [`SurfaceSample`]s, with one value a point for a map; [`Tally`] for
+//! * [`measure`] – [`Deviation`] of [`SurfacePoint`]s, with one value a point for a map; [`Tally`] for
 //!   points as they come.
 //! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
 //! * [`ThinFins`] – sheets of material as thin as the error of their own faces.
@@ -60,7 +60,7 @@ pub use blade::chord_error;
 pub use coverage::{Unseen, Watcher, unseen};
 pub use design::{DesignSurface, NearestOnDesign};
 pub use deviation::{
-    Deviation, DeviationSettings, Judged, SurfaceSample, Tally, WorstPoint, judge, measure, measure_where,
+    Deviation, DeviationSettings, Judged, SurfacePoint, Tally, WorstPoint, judge, measure, measure_where,
 };
 pub use excess::{LeftMaterial, Uncut, UncutFound, uncut};
 pub use gaps::{Gap, GapEnd, GapSettings, OnRay, Side, gaps};

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::{
     DesignMesh, DesignSurface,
-    deviation::{DeviationSettings, Judged, SurfaceSample, judge},
+    deviation::{DeviationSettings, Judged, SurfacePoint, judge},
     gaps::{Gap, GapEnd, GapSettings, OnRay, Side, gaps},
     thin_fins::{FinCrossing, ThinFins},
 };
@@ -90,7 +90,7 @@ impl FoundGap {
 #[derive(Debug, Default)]
 pub struct Band {
     /// The points of the surface.
-    pub points: Vec<SurfaceSample>,
+    pub points: Vec<SurfacePoint>,
     /// What each gives.
     pub judged: Vec<Judged>,
     /// Whether it lies on a fin too high above the design.
@@ -143,7 +143,7 @@ impl Survey<'_> {
             material.extend(self.stock.material(&ray));
             let first_point = band.points.len();
             for end in material.iter().flat_map(|s| [s.lo, s.hi]) {
-                let sample = SurfaceSample {
+                let sample = SurfacePoint {
                     point: ray.point(end.at),
                     normal: Some(end.normal),
                     axis: axis as u8,

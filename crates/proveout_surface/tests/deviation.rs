@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, revolved_mesh};
 use proveout_surface::{
     ConeFlank, ConeFrustum, DesignError, DesignMesh, DesignSurface, DeviationSettings, HalfSpaceDesign, Sphere,
-    SurfaceSample, measure,
+    SurfacePoint, measure,
 };
 
 fn cube() -> Aabb {
@@ -158,7 +158,7 @@ fn settings() -> DeviationSettings {
 }
 
 /// Points of the plane n . x = 0 (pushed out by `offset` along n) on rays of all three directions.
-fn plane_samples(n: Vector, cell: f64, offset: f64) -> Vec<SurfaceSample> {
+fn plane_samples(n: Vector, cell: f64, offset: f64) -> Vec<SurfacePoint> {
     let cells = (20.0 / cell) as i32;
     let mut all = Vec::new();
     for axis in 0..3_usize {
@@ -170,7 +170,7 @@ fn plane_samples(n: Vector, cell: f64, offset: f64) -> Vec<SurfaceSample> {
                 p[v] = (f64::from(j) + 0.5) * cell;
                 p[axis] = (offset - n[u] * p[u] - n[v] * p[v]) / n[axis];
                 if p.coords.norm() < 10.0 {
-                    all.push(SurfaceSample { point: p, normal: Some(n), axis: axis as u8, made_by: Some(7) });
+                    all.push(SurfacePoint { point: p, normal: Some(n), axis: axis as u8, made_by: Some(7) });
                 }
             }
         }
@@ -211,7 +211,7 @@ fn offsets_are_gouge_or_excess() {
 fn range_region_and_raw_skin_are_left_out_and_counted() {
     let n = Vector::z();
     let design = HalfSpaceDesign { point: Point::origin(), normal: n };
-    let at = |x: f64, z: f64, made_by| SurfaceSample { point: Point::new(x, 0.0, z), normal: None, axis: 2, made_by };
+    let at = |x: f64, z: f64, made_by| SurfacePoint { point: Point::new(x, 0.0, z), normal: None, axis: 2, made_by };
     let samples = [
         at(0.0, 0.1, Some(1)),
         at(1.0, -0.3, Some(2)),
@@ -282,7 +282,7 @@ fn a_slot_cut_into_stock_is_measured_exactly() {
     let at = |x: f64| ToolPose { tip: Point::new(x, 15.0, 12.0), axis: Vector::z() };
     let motion = SweepMotion { from: at(-10.0), to: at(50.0) };
     stock.sweep(&[SweepItem { id: 3, body: &cutter, action: Action::Remove, motion }]);
-    let samples: Vec<SurfaceSample> = stock.surface_points().map(SurfaceSample::from).collect();
+    let samples: Vec<SurfacePoint> = stock.surface_points().collect();
     let floor = HalfSpaceDesign { point: Point::new(0.0, 0.0, 12.0), normal: Vector::z() };
     // The walls of the slot stand on its floor: they are kept out by the region.
     let region = Aabb { min: Point::new(0.0, 10.5, 11.0), max: Point::new(40.0, 19.5, 13.0) };

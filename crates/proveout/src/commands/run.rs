@@ -9,7 +9,7 @@ use proveout_sim::{
     preflight::preflight,
     resolution_fault,
     run::{RunResult, run_journaled as prove},
-    scene::{DynamicsFile, PlantFile},
+    scene::{Dynamics, Plant},
     verdict::{Gate, Partial, State, Verdict},
 };
 
@@ -41,8 +41,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
         resolution_mm: args.resolution_mm,
         dynamics: args.dynamics.map(dynamics),
         plant: args.plant.map(|p| match p {
-            PlantArg::NewtonEuler => PlantFile::NewtonEuler,
-            PlantArg::Rapier => PlantFile::Rapier,
+            PlantArg::NewtonEuler => Plant::NewtonEuler,
+            PlantArg::Rapier => Plant::Rapier,
         }),
         recorded: match args.rerun {
             RerunArg::Off => Recorded::Folder,
@@ -231,11 +231,11 @@ pub(super) fn pool(cell: Option<f64>, threads: Option<usize>) -> Result<(usize, 
     Ok((threads, pool))
 }
 
-pub(super) fn dynamics(argument: DynamicsArg) -> DynamicsFile {
+pub(super) fn dynamics(argument: DynamicsArg) -> Dynamics {
     match argument {
-        DynamicsArg::Ideal => DynamicsFile::Ideal,
-        DynamicsArg::Planned => DynamicsFile::Planned,
-        DynamicsArg::Servo => DynamicsFile::Servo,
+        DynamicsArg::Ideal => Dynamics::Ideal,
+        DynamicsArg::Planned => Dynamics::Planned,
+        DynamicsArg::Servo => Dynamics::Servo,
     }
 }
 

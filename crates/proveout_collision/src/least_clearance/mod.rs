@@ -32,7 +32,6 @@ use std::sync::Arc;
 use proveout_geom::{Point, Pose, Vector};
 use proveout_machine::{JointValues, MAX_JOINTS, Machine};
 
-use crate::Interference;
 use crate::box_tree::Effort;
 use crate::distance::{Separation, WarmStart, gap_with};
 use crate::pair_advance::CheckedPair;
@@ -42,8 +41,8 @@ use crate::report::Severity;
 use crate::ring::Ring;
 use crate::shape::PartShape;
 use crate::swept::{BodyPlaces, bent, least_distance_with};
+use crate::{Interference, JointMotion};
 use piece_bounds::{PieceBounds, PieceRecord};
-pub(crate) use piece_tree::KeptPiece;
 use piece_tree::{MotionStretch, PieceTree, Range};
 use search::{Ask, LeastSearch, MeasuredDistance, StretchBound, Tolerance, turned};
 
@@ -148,7 +147,7 @@ impl ProvedSpan {
 /// What is kept of the motion, and what was proved so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Proof {
-    kept: Vec<KeptPiece>,
+    kept: Vec<JointMotion>,
     /// What the check has found of whole pieces among them, in their order.
     noted: Vec<PieceRecord>,
     least: Vec<PairClearance>,
@@ -209,7 +208,7 @@ impl Interference {
         self.proof.as_ref().map_or(0, |p| p.effort)
     }
 
-    pub(crate) fn keep_piece(&mut self, piece: KeptPiece) {
+    pub(crate) fn keep_piece(&mut self, piece: JointMotion) {
         let Some(proof) = &mut self.proof else { return };
         proof.kept.push(piece);
         if proof.kept.len() >= MOST_PIECES {

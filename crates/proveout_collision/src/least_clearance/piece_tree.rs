@@ -2,19 +2,10 @@
 
 use proveout_machine::{JointValues, MAX_JOINTS};
 
+use crate::JointMotion;
+
 /// Pieces that one straight motion may represent.
 const MOST_IN_CHORD: usize = 64;
-
-/// A piece of motion, straight but for `off`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct KeptPiece {
-    pub(crate) joints: [JointValues; 2],
-    pub(crate) time: [f64; 2],
-    /// By how much each joint may leave the straight motion, mm and radian.
-    pub(crate) off: JointValues,
-    /// By how much a point may be elsewhere than its joints say, mm.
-    pub(crate) slack: f64,
-}
 
 /// Where the joints may be over a stretch.
 #[derive(Clone, Copy, Debug)]
@@ -34,7 +25,7 @@ impl Range {
         slack: 0.0,
     };
 
-    fn of(piece: &KeptPiece) -> Self {
+    fn of(piece: &JointMotion) -> Self {
         let [from, to] = piece.joints;
         Self { low: from.zip_map(to, f64::min), high: from.zip_map(to, f64::max), off: piece.off, slack: piece.slack }
             .widened(&piece.off)
@@ -69,14 +60,14 @@ pub(crate) enum MotionStretch {
 /// halves 2 n and 2 n + 1.
 #[derive(Clone, Debug)]
 pub(crate) struct PieceTree {
-    pieces: Vec<KeptPiece>,
+    pieces: Vec<JointMotion>,
     ranges: Vec<Range>,
     leaves: usize,
 }
 
 impl PieceTree {
     /// None without a piece.
-    pub(crate) fn new(pieces: Vec<KeptPiece>) -> Option<Self> {
+    pub(crate) fn new(pieces: Vec<JointMotion>) -> Option<Self> {
         let leaves = pieces.len().next_power_of_two();
         let mut ranges = vec![Range::NONE; 2 * leaves];
         for (range, piece) in ranges[leaves..].iter_mut().zip(&pieces) {
@@ -144,7 +135,7 @@ impl PieceTree {
     }
 
     /// The piece that a stretch lies in, and from where to where; none for more than one piece.
-    fn within(&self, stretch: MotionStretch) -> Option<(&KeptPiece, [f64; 2])> {
+    fn within(&self, stretch: MotionStretch) -> Option<(&JointMotion, [f64; 2])> {
         match stretch {
             MotionStretch::Node(n) => n.checked_sub(self.leaves).map(|k| (&self.pieces[k], [0.0, 1.0])),
             MotionStretch::Part(k, part) => Some((&self.pieces[k], part)),
@@ -181,7 +172,7 @@ impl PieceTree {
     pub(crate) fn range(&self, stretch: MotionStretch) -> Range {
         match (stretch, self.line(stretch), self.within(stretch)) {
             (MotionStretch::Node(n), ..) => self.ranges[n],
-            (_, Some(joints), Some((piece, _))) => Range::of(&KeptPiece { joints, ..*piece }),
+            (_, Some(joints), Some((piece, _))) => Range::of(&JointMotion { joints, ..*piece }),
             _ => Range::NONE,
         }
     }
@@ -236,10 +227,10 @@ impl PieceTree {
 mod tests {
     use super::*;
 
-    fn piece(k: usize) -> KeptPiece {
+    fn piece(k: usize) -> JointMotion {
         let at = |x: f64| JointValues([x; MAX_JOINTS]);
         let t = k as f64;
-        KeptPiece {
+        JointMotion {
             joints: [at(t * t), at((t + 1.0) * (t + 1.0))],
             time: [2.0 * t, 2.0 * t + 1.5],
             off: at(0.25),

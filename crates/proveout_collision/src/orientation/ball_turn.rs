@@ -21,7 +21,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use proveout_geom::{Point, Vector};
+use proveout_geom::{AxisTurn, Point, Vector};
 
 use super::BALL_ROUNDING;
 use super::extent::Extent;
@@ -45,21 +45,6 @@ const CENTER_MM: f64 = 1e-9;
 const ON_AXIS: f64 = 1e-9;
 /// Vectors of a basis may be this far from length one.
 const UNIT: f64 = 1e-9;
-
-/// A turn of the axis of a tool with a ball end.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BallTurn {
-    /// Center of the ball, in the frame of the solids, mm.
-    pub center: Point,
-    /// Centers that are no farther away are meant too, mm.
-    pub drift: f64,
-    /// Unit vectors at right angles to each other; the axis turns about the third one.
-    pub basis: [Vector; 3],
-    /// Sine of the inclination of the axis to the plane of the first two.
-    pub axial: f64,
-    /// Axes that are no farther from those of the turn are meant too, radian.
-    pub spread: f64,
-}
 
 /// Angles from 0 to a turn, in order and apart.
 #[derive(Debug, Default)]
@@ -126,7 +111,7 @@ impl Union {
 
 /// The search at one center.
 struct TurnSearch<'a> {
-    turn: &'a BallTurn,
+    turn: &'a AxisTurn,
     /// Cosine of the inclination.
     across: f64,
     extent: &'a Extent,
@@ -236,7 +221,7 @@ impl OrientationSpace {
     /// intervals `[from, to]` in radian, in order and apart, `from` in -pi .. pi, `to` at most a turn above;
     /// `[-pi, pi]` where all are. Whether the ball itself goes too deep is not asked: no angle changes that.
     /// None for a cutter without a ball end, and for numbers that make no turn.
-    pub fn free_turns(&self, turn: &BallTurn) -> Option<Vec<[f64; 2]>> {
+    pub fn free_turns(&self, turn: &AxisTurn) -> Option<Vec<[f64; 2]>> {
         let extents = self.extents.as_ref()?;
         let finite = turn.center.coords.iter().chain(turn.basis.iter().flat_map(|b| b.iter())).all(|v| v.is_finite());
         let unit = turn.basis.iter().all(|b| (b.norm() - 1.0).abs() < UNIT);

@@ -105,7 +105,6 @@ mod space;
 mod tool_part;
 mod walk;
 
-pub use ball_turn::BallTurn;
 pub use contact::{OrientationError, SurfaceContact};
 pub use map::{AxisState, OrientationCell, OrientationMap, Refusal};
 pub use space::{Obstacle, OrientationSettings, OrientationSpace};

@@ -58,7 +58,7 @@ pub(super) fn excerpt(commands: &[Command], [first, last]: [usize; 2]) -> Option
 
 #[cfg(test)]
 mod tests {
-    use proveout_nc::{AxisValues, Feed, Location, Motion};
+    use proveout_nc::{Feed, Location, Motion};
 
     use super::*;
 
@@ -67,16 +67,7 @@ mod tests {
     }
 
     fn motion() -> Motion {
-        Motion {
-            end: AxisValues::NONE,
-            end_base: AxisValues::NONE,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed: 0,
-            machine_coordinates: false,
-            exact_stop: false,
-            solution: proveout_nc::RotarySolution::Nearest,
-        }
+        Motion::default()
     }
 
     #[test]

@@ -9,6 +9,8 @@
 //! included. The control law is sampled at the plant's step, 0.1 ms or less.
 
 use proveout_machine::{Drive, JointValues, MAX_JOINTS, Machine};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use super::{
     legs::Legs,
@@ -25,12 +27,13 @@ use crate::{
 const ROUNDING: f64 = 1e-9;
 
 /// What moves under the forces of the drives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Plant {
     /// One mass a joint, loaded by recursive Newton-Euler.
     #[default]
     NewtonEuler,
-    /// Coupled rigid bodies in Rapier.
+    /// Coupled rigid bodies in Rapier; every body needs a mass.
     Rapier,
 }
 

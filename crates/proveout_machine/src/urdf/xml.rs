@@ -1,6 +1,6 @@
 //! The text as a tree of elements, within bounds: what a file may hold is decided before it is parsed.
 
-use proveout_input::InputError;
+use proveout_input::{InputError, element_with_more_attributes};
 use roxmltree::{Document, Error, ParsingOptions};
 
 use super::source::UrdfSource;
@@ -18,15 +18,9 @@ pub(super) fn document<'t>(source: &UrdfSource<'t>) -> Result<Document<'t>, Inpu
     if text.trim().is_empty() {
         return Err(source.whole("the file is empty", "name a URDF file"));
     }
-    let mut at = 0;
-    // No value contains a `<`, so the attributes of an element are in one piece.
-    for piece in text.split_inclusive('<') {
-        let values = piece.split('=').skip(1).filter(|v| v.trim_start().starts_with(['"', '\''])).count();
-        if values > MAX_ATTRIBUTES {
-            let message = format!("an element has {values} attributes; the limit is {MAX_ATTRIBUTES}");
-            return Err(source.at(&(at..at), message, "name a URDF file"));
-        }
-        at += piece.len();
+    if let Some((at, values)) = element_with_more_attributes(text, MAX_ATTRIBUTES) {
+        let message = format!("an element has {values} attributes; the limit is {MAX_ATTRIBUTES}");
+        return Err(source.at(&(at..at), message, "name a URDF file"));
     }
     if let Some((at, _)) = text.match_indices("xmlns").nth(MAX_NAMESPACES) {
         let message = format!("more than {MAX_NAMESPACES} namespaces (xmlns) are declared");

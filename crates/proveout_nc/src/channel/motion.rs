@@ -9,9 +9,7 @@ use crate::control::ArcTolerance;
 use crate::diagnostic::{Fault, Span};
 use crate::machine_data::ReferencePoints;
 use crate::state::MissingAxes;
-use crate::{
-    AXIS_LETTERS, ArcMotion, AxisValues, FrameChange, Motion, Op, RotarySolution, SpindleDirection, ThreadMotion,
-};
+use crate::{AXIS_LETTERS, ArcMotion, AxisValues, FrameChange, Motion, Op, SpindleDirection, ThreadMotion};
 
 /// Difference of the radii of an arc that a tolerance of a control explains, part of the larger one.
 const LITTLE: f64 = 1e-4;
@@ -21,31 +19,14 @@ impl<L: Language> Channel<L> {
     /// axes where a turned frame needs more.
     #[inline]
     pub(crate) fn motion_to(&self, end: AxisValues, programmed: u16) -> Result<Motion, MissingAxes> {
-        Ok(Motion {
-            end,
-            end_base: self.position.base_of(&end, programmed)?,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed,
-            machine_coordinates: false,
-            exact_stop: false,
-            solution: RotarySolution::Nearest,
-        })
+        Ok(Motion { end, end_base: self.position.base_of(&end, programmed)?, programmed, ..Motion::default() })
     }
 
     /// Emits a motion that ends at positions of the machine axes. What the program knows after it
     /// is settled before.
     pub(crate) fn go_in_machine(&mut self, end: AxisValues, programmed: u16, rapid: bool, exact_stop: bool) {
-        let motion = Motion {
-            end,
-            end_base: end,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed,
-            machine_coordinates: true,
-            exact_stop,
-            solution: RotarySolution::Nearest,
-        };
+        let motion =
+            Motion { end, end_base: end, programmed, machine_coordinates: true, exact_stop, ..Motion::default() };
         L::moving(self);
         self.emit(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
     }
@@ -92,16 +73,7 @@ impl<L: Language> Channel<L> {
         let (end_base, known) = self.position.base_left_open(&end, programmed);
         self.position.move_to(end, known);
         L::moving(self);
-        self.emit(Op::Rapid(Motion {
-            end,
-            end_base,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed,
-            machine_coordinates: false,
-            exact_stop,
-            solution: RotarySolution::Nearest,
-        }));
+        self.emit(Op::Rapid(Motion { end, end_base, programmed, exact_stop, ..Motion::default() }));
     }
 
     /// Hands a motion out that follows the spindle. `pitch`: mm, above zero. `direction`: none where the

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::model::{Centers, DwellUnit, FineBoring, StartFeed, StartMotion};
 use super::parameters::ParametersFile;
+use crate::{OrientationInterpolation, settings::Dialect};
 
 /// A control: what its programs mean beyond the standard of their language.
 ///
@@ -20,7 +22,7 @@ pub(crate) struct ControlFile {
     /// (relative to this one, ending .toml).
     pub(crate) inherits: Option<String>,
     /// Language of the programs; needed where no parent names it.
-    pub(crate) dialect: Option<DialectFile>,
+    pub(crate) dialect: Option<Dialect>,
     /// What is in force before the first word of the program.
     #[serde(default)]
     pub(crate) start: StartFile,
@@ -44,7 +46,7 @@ pub(crate) struct ControlFile {
     pub(crate) tool_length: ToolLengthFile,
     /// What the words of a dwell count, by their letter: G4 P500, and P in drilling cycles.
     #[serde(default)]
-    pub(crate) dwell: BTreeMap<String, DwellFile>,
+    pub(crate) dwell: BTreeMap<String, DwellUnit>,
     /// Feed.
     #[serde(default)]
     pub(crate) feed: FeedFile,
@@ -79,28 +81,6 @@ pub(crate) struct ControlFile {
     pub(crate) source: BTreeMap<String, String>,
 }
 
-/// A language.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum DialectFile {
-    /// Siemens Sinumerik 840D sl.
-    #[serde(rename = "siemens-840d")]
-    Siemens840d,
-    /// ISO with macro B, as a Fanuc and many others speak it.
-    Fanuc,
-    /// ISO of a Haas.
-    Haas,
-    /// RS274/NGC of `LinuxCNC`.
-    #[serde(rename = "linuxcnc")]
-    LinuxCnc,
-    /// Heidenhain Klartext.
-    Heidenhain,
-    /// Heidenhain DIN/ISO.
-    HeidenhainIso,
-    /// APT cutter location data.
-    Apt,
-}
-
 /// What is in force before the first word of the program.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -112,9 +92,9 @@ pub(crate) struct StartFile {
     /// Coordinates.
     pub(crate) distance: Option<DistanceFile>,
     /// What F counts.
-    pub(crate) feed: Option<StartFeedFile>,
+    pub(crate) feed: Option<StartFeed>,
     /// Motion of a block with axis words alone.
-    pub(crate) motion: Option<MotionFile>,
+    pub(crate) motion: Option<StartMotion>,
     /// Positions of linear axes at the start, by their letter: coordinates of the work offset that
     /// is in force at the start.
     #[serde(default)]
@@ -153,30 +133,6 @@ pub(crate) enum DistanceFile {
     Absolute,
     /// G91
     Incremental,
-}
-
-/// What F counts.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum StartFeedFile {
-    /// G94
-    PerMinute,
-    /// G95
-    PerRevolution,
-    /// G93
-    InverseTime,
-}
-
-/// Motion of a block with axis words alone.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum MotionFile {
-    /// None: such a block is refused before the first motion word.
-    None,
-    /// G0
-    Rapid,
-    /// G1
-    Linear,
 }
 
 /// How numbers are read.
@@ -218,7 +174,7 @@ pub(crate) struct ArcsFile {
     /// Most that the part may come to.
     pub(crate) largest_difference_mm: Option<f64>,
     /// What I, J and K are.
-    pub(crate) centers: Option<CentersFile>,
+    pub(crate) centers: Option<Centers>,
     /// How CIRCLE of CL data runs about its axis; left out: as the system that wrote it and the tangents of
     /// the path say.
     pub(crate) clsf_sense: Option<SenseFile>,
@@ -234,24 +190,12 @@ pub(crate) enum SenseFile {
     CounterClockwise,
 }
 
-/// What I, J and K of an arc are.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum CentersFile {
-    /// From the start to the center, with sign.
-    Incremental,
-    /// Coordinates of the center.
-    Absolute,
-    /// Distances without sign, within a quadrant.
-    Unsigned,
-}
-
 /// How drilling cycles are read.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CyclesFile {
     /// G76.
-    pub(crate) g76: Option<FineBoringFile>,
+    pub(crate) g76: Option<FineBoring>,
     /// What says where cycles come back to.
     pub(crate) returns: Option<CycleReturnFile>,
     /// The word with the depth.
@@ -305,32 +249,6 @@ pub(crate) struct ToolChangeFile {
     pub(crate) position_mm: BTreeMap<String, f64>,
 }
 
-/// What G76 does.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum FineBoringFile {
-    /// Fine boring; the shift off the wall (Q, or I and J) must be written.
-    NeedsShift,
-    /// Fine boring; without a shift the tool goes back through the middle.
-    ShiftMayBeLeftOut,
-    /// Another cycle, which the twin does not do: refused.
-    Refuse,
-}
-
-/// What the word of a dwell counts.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum DwellFile {
-    /// Seconds.
-    S,
-    /// Milliseconds.
-    Ms,
-    /// Milliseconds; with a decimal point seconds.
-    MsOrS,
-    /// Hundredths of a second.
-    Hundredths,
-}
-
 /// Feed.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -358,17 +276,7 @@ pub(crate) enum MissingFeedFile {
 #[serde(deny_unknown_fields)]
 pub(crate) struct OrientationFile {
     /// Path of the tool axis between two blocks before the program says otherwise.
-    pub(crate) interpolation: Option<InterpolationFile>,
-}
-
-/// Path of the tool axis between two blocks.
-#[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum InterpolationFile {
-    /// In the plane of the two axes (ORIVECT).
-    GreatCircle,
-    /// As the rotary axes run (ORIAXES).
-    Axes,
+    pub(crate) interpolation: Option<OrientationInterpolation>,
 }
 
 /// Blocks with a slash.

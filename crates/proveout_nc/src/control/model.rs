@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
+use serde::Deserialize;
+
 use super::parameters::Parameters;
 use super::words::WordTable;
 use crate::settings::{Dialect, Limits};
@@ -63,24 +66,32 @@ impl ArcTolerance {
 }
 
 /// What I, J and K of an arc are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum Centers {
-    /// From the start of the arc to its center, with sign; G90.1 of a `LinuxCNC` changes it.
+    /// From the start to the center, with sign.
     #[default]
     Incremental,
     /// Coordinates of the center.
     Absolute,
-    /// Distances from the start without a sign; the arc stays within a quadrant.
+    /// Distances without sign, within a quadrant.
     Unsigned,
 }
 
-/// What a word with a time counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What the word of a dwell counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 pub(crate) enum DwellUnit {
+    /// Seconds.
+    #[serde(rename = "s")]
     Seconds,
+    /// Milliseconds.
+    #[serde(rename = "ms")]
     Milliseconds,
-    /// Milliseconds, with a decimal point seconds.
+    /// Milliseconds; with a decimal point seconds.
+    #[serde(rename = "ms-or-s")]
     MillisecondsOrSeconds,
+    /// Hundredths of a second.
+    #[serde(rename = "hundredths")]
     Hundredths,
 }
 
@@ -95,32 +106,41 @@ impl DwellUnit {
     }
 }
 
-/// What G76 without a shift does.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// What G76 does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum FineBoring {
-    /// It is refused.
+    /// Fine boring; the shift off the wall (Q, or I and J) must be written.
     #[default]
     NeedsShift,
-    /// The tool goes back through the middle of the hole with the spindle stopped in its oriented position.
+    /// Fine boring; without a shift the tool goes back through the middle.
     ShiftMayBeLeftOut,
-    /// The cycle is refused altogether.
+    /// Another cycle, which the twin does not do: refused.
+    #[serde(rename = "refuse")]
     Refused,
 }
 
-/// Motion in force at the start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Motion of a block with axis words alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum StartMotion {
-    /// None: axis words need a motion word before them.
+    /// None: such a block is refused before the first motion word.
     None,
+    /// G0
     Rapid,
+    /// G1
     Linear,
 }
 
-/// What F counts at the start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What F counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum StartFeed {
+    /// G94
     PerMinute,
+    /// G95
     PerRevolution,
+    /// G93
     InverseTime,
 }
 

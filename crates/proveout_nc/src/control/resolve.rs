@@ -6,16 +6,15 @@ use std::path::Path;
 use super::error::Checked;
 use super::family::ReaderFamily;
 use super::file::{
-    ControlFile, CycleDepthFile, CycleReturnFile, DialectFile, FineBoringFile, InterpolationFile,
-    MissingSubprogramFile, ModalVariablesFile, ProgramWordsFile, UnlistedMFile, WithoutHFile,
+    ControlFile, CycleDepthFile, CycleReturnFile, MissingSubprogramFile, ModalVariablesFile, ProgramWordsFile,
+    UnlistedMFile, WithoutHFile,
 };
 use super::meanings;
-use super::model::{Control, FineBoring};
+use super::model::Control;
 use super::parameters::parameters;
 use super::place::{ControlText, nearest};
 use super::start::{positions, start};
 use super::values::{arcs, dwell, feed, numbers};
-use crate::OrientationInterpolation;
 use crate::settings::Dialect;
 
 /// Deepest calls that a control file may allow: far more than any control has levels.
@@ -51,11 +50,7 @@ pub(super) fn apply(
     }
     arcs(control, &file.arcs, text)?;
     if let Some(g76) = file.cycles.g76 {
-        control.fine_boring = match g76 {
-            FineBoringFile::NeedsShift => FineBoring::NeedsShift,
-            FineBoringFile::ShiftMayBeLeftOut => FineBoring::ShiftMayBeLeftOut,
-            FineBoringFile::Refuse => FineBoring::Refused,
-        };
+        control.fine_boring = g76;
     }
     if let Some(returns) = file.cycles.returns {
         control.stated_returns = matches!(returns, CycleReturnFile::M53);
@@ -78,10 +73,7 @@ pub(super) fn apply(
     dwell(control, file, text)?;
     feed(control, file, text)?;
     if let Some(interpolation) = file.orientation.interpolation {
-        control.orientation = match interpolation {
-            InterpolationFile::GreatCircle => OrientationInterpolation::GreatCircle,
-            InterpolationFile::Axes => OrientationInterpolation::Axes,
-        };
+        control.orientation = interpolation;
     }
     if let Some(levels) = &file.blocks.skipped_levels {
         control.skipped_levels = skipped(levels, control.dialect, text)?;
@@ -151,16 +143,7 @@ fn stem(file: &str) -> String {
 
 /// The language, and keys that have no effect in it.
 fn dialect(control: &mut Control, file: &ControlFile, text: &ControlText<'_>) -> Checked<()> {
-    let named = file.dialect.map(|dialect| match dialect {
-        DialectFile::Siemens840d => Dialect::Siemens840d,
-        DialectFile::Fanuc => Dialect::Fanuc,
-        DialectFile::Haas => Dialect::Haas,
-        DialectFile::LinuxCnc => Dialect::LinuxCnc,
-        DialectFile::Heidenhain => Dialect::Heidenhain,
-        DialectFile::HeidenhainIso => Dialect::HeidenhainIso,
-        DialectFile::Apt => Dialect::Apt,
-    });
-    if let Some(named) = named {
+    if let Some(named) = file.dialect {
         if control.dialect != Dialect::Auto && control.dialect != named {
             let message = format!(
                 "the dialect is {}, and that of the parent {:?} is {}",

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::error::Checked;
-use super::file::{DistanceFile, MotionFile, PlaneFile, StartFeedFile, StartFile, UnitFile};
-use super::model::{Control, StartFeed, StartMotion};
+use super::file::{DistanceFile, PlaneFile, StartFile, UnitFile};
+use super::model::{Control, StartMotion};
 use super::place::ControlText;
 use crate::AxisValues;
 use crate::settings::Dialect;
@@ -24,23 +24,11 @@ pub(super) fn start(control: &mut Control, file: &StartFile, text: &ControlText<
     if let Some(distance) = file.distance {
         start.incremental = Some(matches!(distance, DistanceFile::Incremental));
     }
-    if let Some(feed) = file.feed {
-        start.feed = Some(match feed {
-            StartFeedFile::PerMinute => StartFeed::PerMinute,
-            StartFeedFile::PerRevolution => StartFeed::PerRevolution,
-            StartFeedFile::InverseTime => StartFeed::InverseTime,
-        });
-    }
-    if let Some(motion) = file.motion {
-        start.motion = Some(match motion {
-            MotionFile::None => StartMotion::None,
-            MotionFile::Rapid => StartMotion::Rapid,
-            MotionFile::Linear => StartMotion::Linear,
-        });
-        if control.dialect == Dialect::Siemens840d && matches!(motion, MotionFile::None) {
-            let message = "a Sinumerik has a motion in force at every time";
-            return Err(text.error("control-value", &["start", "motion"], message, "write rapid or linear"));
-        }
+    start.feed = file.feed.or(start.feed);
+    start.motion = file.motion.or(start.motion);
+    if control.dialect == Dialect::Siemens840d && file.motion == Some(StartMotion::None) {
+        let message = "a Sinumerik has a motion in force at every time";
+        return Err(text.error("control-value", &["start", "motion"], message, "write rapid or linear"));
     }
     for (table, values, rotary) in
         [("position_mm", &file.position_mm, false), ("position_deg", &file.position_deg, true)]

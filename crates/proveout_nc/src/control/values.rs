@@ -2,10 +2,8 @@
 //! feed where none is written.
 
 use super::error::Checked;
-use super::file::{
-    ArcsFile, CentersFile, ControlFile, DwellFile, MissingFeedFile, NumbersFile, SenseFile, WithoutPointFile,
-};
-use super::model::{ArcTolerance, Centers, Control, DwellUnit, WholeNumbers};
+use super::file::{ArcsFile, ControlFile, MissingFeedFile, NumbersFile, SenseFile, WithoutPointFile};
+use super::model::{ArcTolerance, Control, WholeNumbers};
 use super::place::ControlText;
 
 /// Increment of lengths where none is stated, mm.
@@ -70,11 +68,7 @@ pub(super) fn arcs(control: &mut Control, file: &ArcsFile, text: &ControlText<'_
         control.clockwise_circles = Some(matches!(sense, SenseFile::Clockwise));
     }
     if let Some(centers) = file.centers {
-        control.centers = match centers {
-            CentersFile::Incremental => Centers::Incremental,
-            CentersFile::Absolute => Centers::Absolute,
-            CentersFile::Unsigned => Centers::Unsigned,
-        };
+        control.centers = centers;
     }
     if file.tolerance_mm.is_none() && file.tolerance_ratio.is_none() && file.largest_difference_mm.is_none() {
         return Ok(());
@@ -137,12 +131,7 @@ pub(super) fn dwell(control: &mut Control, file: &ControlFile, text: &ControlTex
             let message = format!("{letter} is not a dwell word");
             return Err(text.error("control-value", &["dwell", letter], message, "write one of P, X, U, F, K"));
         };
-        control.dwell[at] = Some(match unit {
-            DwellFile::S => DwellUnit::Seconds,
-            DwellFile::Ms => DwellUnit::Milliseconds,
-            DwellFile::MsOrS => DwellUnit::MillisecondsOrSeconds,
-            DwellFile::Hundredths => DwellUnit::Hundredths,
-        });
+        control.dwell[at] = Some(*unit);
     }
     Ok(())
 }

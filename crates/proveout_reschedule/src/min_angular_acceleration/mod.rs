@@ -28,6 +28,8 @@ mod spline;
 use std::f64::consts::FRAC_PI_2;
 
 use proveout_geom::{Point, ToolPose, Vector};
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use super::{
     Curve, CurveKind, CuttingRun, Figure, Method, Quantity, RescheduleError, Rescheduled, Study, Surroundings,
@@ -49,12 +51,18 @@ const NO_TURN: f64 = 1e-12;
 const OPPOSITE: f64 = -1.0 + 1e-9;
 
 /// What the axes between keys are the least of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Criterion {
-    /// The paper's sum between two keys each, with windows at the keys.
+    /// The sum of the paper between two keys each, with windows at the keys.
     Paper,
-    /// The same sum over the whole row.
+    /// That sum over the whole row.
     TrueMinimum,
+}
+
+impl Criterion {
+    /// Every criterion with its name.
+    pub const NAMES: [(&'static str, Self); 2] = [("paper", Self::Paper), ("true-minimum", Self::TrueMinimum)];
 }
 
 /// Parameters of the method.

@@ -14,6 +14,7 @@
 use proveout_geom::Vector;
 
 use super::{touching, turned_by};
+use crate::band::{factor, solve};
 
 /// Steps, and the largest move at which they end, radian.
 const STEPS: usize = 60;
@@ -57,7 +58,7 @@ pub fn true_minimum(arc: &[f64], keys: &[(usize, Vector)], start: Vec<Vector>) -
             band[i][0] = 1.0;
         }
     }
-    if !factored(&mut band) {
+    if !factor(&mut band) {
         let sum = sum(&axes, &weight);
         return (axes, sum);
     }
@@ -123,39 +124,4 @@ fn frames(axes: &[Vector]) -> Vec<[Vector; 2]> {
         out.push([across, axis.cross(&across)]);
     }
     out
-}
-
-/// Cholesky in place.
-fn factored(m: &mut [[f64; BAND]]) -> bool {
-    for i in 0..m.len() {
-        for k in (0..BAND).rev() {
-            let Some(j) = i.checked_sub(k) else { continue };
-            let mut sum = m[i][k];
-            for p in 1..BAND - k {
-                if p <= j {
-                    sum -= m[i][k + p] * m[j][p];
-                }
-            }
-            if k > 0 {
-                m[i][k] = sum / m[j][0];
-            } else if sum > 0.0 && sum.is_finite() {
-                m[i][0] = sum.sqrt();
-            } else {
-                return false;
-            }
-        }
-    }
-    true
-}
-
-fn solve(m: &[[f64; BAND]], b: &mut [f64]) {
-    let n = m.len();
-    for i in 0..n {
-        let sum: f64 = (1..BAND.min(i + 1)).map(|k| m[i][k] * b[i - k]).sum();
-        b[i] = (b[i] - sum) / m[i][0];
-    }
-    for i in (0..n).rev() {
-        let sum: f64 = (1..BAND).filter(|k| i + k < n).map(|k| m[i + k][k] * b[i + k]).sum();
-        b[i] = (b[i] - sum) / m[i][0];
-    }
 }

@@ -27,7 +27,7 @@ use proveout_path::PathCutter;
 
 use super::{
     Curve, CurveKind, CuttingRun, Figure, Method, Quantity, RescheduleError, Rescheduled, Study, Surroundings,
-    touching::touching,
+    touching::contacts,
 };
 
 pub use pole::{Junction, PoleAngles, PoleStretch, between, fitted, pole_angles};
@@ -172,16 +172,7 @@ impl Method for Singularity {
             RescheduleError::new("reschedule-path", line(0), message, "the method is for such machines: choose another")
         })?;
         let cutter = PathCutter::new(around.cutter.clone());
-        let mut contacts = Vec::with_capacity(run.blocks.len());
-        for block in &run.blocks {
-            let Some(found) = touching(&block.pose, &cutter, around) else {
-                let message =
-                    "where the tool touches is not known: it is not a ball, and no surface of the part is near";
-                let help = "describe the blade of the scene under [part.blade], or use a ball end mill";
-                return Err(RescheduleError::new("reschedule-tool", block.line, message, help));
-            };
-            contacts.push(found);
-        }
+        let contacts = contacts(run, &cutter, around)?;
         let mut arc = vec![0.0; run.blocks.len()];
         for i in 1..arc.len() {
             let step = (contacts[i].place.point - contacts[i - 1].place.point).norm();

@@ -6,6 +6,8 @@
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use proveout_geom::Vector;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 /// Blocks of a junction: two before, the junction, two after.
 pub(super) const JUNCTION: usize = 5;
@@ -98,16 +100,22 @@ pub fn between(head: PoleAngles, tail: PoleAngles, t: f64, switch: f64) -> (Pole
     (PoleAngles { polar, azimuth: head.azimuth + rest * t }, true)
 }
 
-/// How a junction is smoothed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+/// How the ends of a stretch near the pole are smoothed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Junction {
     /// Not at all.
     Off,
-    /// By the least-squares quadratic through the five blocks, as published: a small step stays at its ends.
+    /// By the least-squares quadratic through five blocks, as published: a small step stays at its ends.
     #[default]
     Free,
-    /// By the one through the first and the last block.
+    /// By the one that keeps the first and the last of them.
     Pinned,
+}
+
+impl Junction {
+    /// Every rule with its name.
+    pub const NAMES: [(&'static str, Self); 3] = [("off", Self::Off), ("free", Self::Free), ("pinned", Self::Pinned)];
 }
 
 /// The quadratic Bezier curve fitted to five values at parts t of their length (equation (2.6) with three

@@ -17,6 +17,8 @@
 //! The band is factored by Cholesky; the column is taken out by its Schur complement. One thread, sums in a
 //! fixed order: the same numbers everywhere.
 
+use crate::band::{factor, solve};
+
 /// Weights of a row.
 pub(crate) const WEIGHTS: usize = 4;
 /// Diagonals of the band, the main one counted.
@@ -74,41 +76,6 @@ struct OneSidedRow {
 
 /// Symmetric matrix of [`BAND`] diagonals: `m[i][k]` is the element (i, i - k).
 type Band = Vec<[f64; BAND]>;
-
-/// Cholesky in place; false where a pivot is not above zero.
-fn factor(m: &mut Band) -> bool {
-    for i in 0..m.len() {
-        for k in (0..BAND).rev() {
-            let Some(j) = i.checked_sub(k) else { continue };
-            let mut sum = m[i][k];
-            for p in 1..BAND - k {
-                if p <= j {
-                    sum -= m[i][k + p] * m[j][p];
-                }
-            }
-            if k > 0 {
-                m[i][k] = sum / m[j][0];
-            } else if sum > 0.0 && sum.is_finite() {
-                m[i][0] = sum.sqrt();
-            } else {
-                return false;
-            }
-        }
-    }
-    true
-}
-
-fn solve(m: &Band, b: &mut [f64]) {
-    let n = m.len();
-    for i in 0..n {
-        let sum: f64 = (1..BAND.min(i + 1)).map(|k| m[i][k] * b[i - k]).sum();
-        b[i] = (b[i] - sum) / m[i][0];
-    }
-    for i in (0..n).rev() {
-        let sum: f64 = (1..BAND).filter(|k| i + k < n).map(|k| m[i + k][k] * b[i + k]).sum();
-        b[i] = (b[i] - sum) / m[i][0];
-    }
-}
 
 /// State of the iteration.
 struct Point {

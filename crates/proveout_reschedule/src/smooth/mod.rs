@@ -38,7 +38,7 @@ use proveout_machine::{Carries, Joint, Machine};
 use self::spline_in_corridor::Corridor;
 pub(super) use self::tries::peaks;
 use self::tries::{TimedSchedule, effort};
-use super::s_theta::{curve, poses, study, turns};
+use super::s_theta::{curve, poses, rescheduled, study};
 use super::study::{ChannelWidth, KeptSchedule};
 use super::taut::{TautGate, free_taut_string};
 use super::tool_channel::ToolChannel;
@@ -455,13 +455,6 @@ impl Method for Smooth {
         if let (ChannelKind::Clearance, Some(channel)) = (self.channel, &by_tool) {
             add_limits(&mut study.curves, &path, channel);
         }
-        let poses = poses(run, &path, &angles);
-        Ok(Rescheduled {
-            poses,
-            stretch: path.stretch(),
-            rotary: None,
-            channel: Some(turns(&path, &channel, angles)),
-            study,
-        })
+        Ok(rescheduled(run, &path, &channel, angles, study))
     }
 }

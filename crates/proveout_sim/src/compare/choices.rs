@@ -32,6 +32,7 @@ use super::{
     result::{Choices, Comparison, Made, ProgramFigures, Published, Reproduced, TriedChoice},
 };
 use crate::{
+    latin_hypercube::latin_hypercube,
     prepare::{
         control_settings::control_settings,
         error::SimError,
@@ -127,23 +128,11 @@ pub(super) fn tries(file: &CompareFile) -> Vec<Try> {
 /// Latin hypercube: place of every choice in every draw.
 fn draws(file: &CompareFile) -> Vec<Try> {
     let n = file.draws;
-    let mut state = SEED;
-    // Steele, Lea, Flood 2014: splitmix64.
-    let mut random = || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
-    };
     let mut all = vec![Try::new(); n];
-    for (k, choice) in file.choice.iter().enumerate() {
-        let mut order: Vec<usize> = (0..n).collect();
-        for i in (1..n).rev() {
-            order.swap(i, ((i + 1) as f64 * random()) as usize);
-        }
-        for (draw, place) in all.iter_mut().zip(order) {
-            draw.extend(choice.at((place as f64 + random()) / n as f64).map(|v| (k, v)));
+    let places = latin_hypercube(file.choice.len(), n, SEED);
+    for (k, (choice, places)) in file.choice.iter().zip(places).enumerate() {
+        for (draw, place) in all.iter_mut().zip(places) {
+            draw.extend(choice.at(place).map(|v| (k, v)));
         }
     }
     all

@@ -87,7 +87,7 @@ use crate::{
         prepared::Prepared,
     },
     run::main_loop::RunResult,
-    scene::{CompareFile, DynamicsFile, Scene},
+    scene::{CompareFile, Dynamics, Scene},
     verdict::verdict_file::Verdict,
 };
 pub(crate) use pictures::study_of;
@@ -103,7 +103,7 @@ pub struct CompareChoice {
     /// Distance of the stock's rays instead of the scene's, mm.
     pub resolution_mm: Option<f64>,
     /// Dynamics of all programs instead of those of the scene.
-    pub dynamics: Option<DynamicsFile>,
+    pub dynamics: Option<Dynamics>,
     /// Leaves the choices of the scene out, which take most of the time: published values have no range then,
     /// and the comparison does not pass.
     pub without_choices: bool,

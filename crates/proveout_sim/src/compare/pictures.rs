@@ -3,7 +3,7 @@
 
 use proveout_controller::ReprogrammedRun;
 use proveout_geom::{TriMesh, Vector};
-use proveout_reschedule::{Curve, CurveKind, Figure};
+use proveout_reschedule::{Curve, Figure};
 
 use crate::observe::study::StudyFigure;
 
@@ -80,17 +80,9 @@ pub struct PartPicture {
 
 /// What the method of a run shows.
 pub(crate) fn study_of(run: &ReprogrammedRun) -> Study {
-    let role = |kind: CurveKind| match kind {
-        CurveKind::Limit => Role::Limit,
-        CurveKind::Original => Role::Original,
-        CurveKind::Polyline => Role::Polyline,
-        CurveKind::Result => Role::Result,
-        CurveKind::KeyPoints => Role::KeyPoints,
-        CurveKind::Marks => Role::Marks,
-    };
     let curve = |c: &Curve| StudyCurve {
         name: c.name.into(),
-        role: role(c.kind),
+        role: c.kind,
         axes: c.axes.map(|a| a.name.into()),
         units: c.axes.map(|a| a.unit.into()),
         equal_scales: false,

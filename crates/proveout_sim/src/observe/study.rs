@@ -1,5 +1,6 @@
 //! What a method of re-scheduling shows of its work: curves and numbers.
 
+pub use proveout_reschedule::CurveKind as Role;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::Serialize;
@@ -11,23 +12,6 @@ pub struct Study {
     pub curves: Vec<StudyCurve>,
     /// Numbers.
     pub figures: Vec<StudyFigure>,
-}
-
-/// What a curve is, so that it can be drawn without knowing its method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Role {
-    /// A bound that the result keeps to.
-    Limit,
-    /// The program before.
-    Original,
-    /// Key points joined by straight lines.
-    Polyline,
-    /// The program after.
-    Result,
-    /// Points that the method has chosen; not joined.
-    KeyPoints,
-    /// Places that divide the path; not joined.
-    Marks,
 }
 
 /// A curve or set of points.

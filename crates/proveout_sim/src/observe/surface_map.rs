@@ -125,11 +125,6 @@ impl SurfaceMap {
         self.mesh.triangles.len() + self.patches.iter().map(|p| p.mesh.triangles.len()).sum::<usize>()
     }
 
-    /// The patch that a point of [`Self::points`] belongs to; none for the stock itself.
-    pub fn patch_of(&self, point: usize) -> Option<&PatchMap> {
-        self.patches.iter().find(|p| p.points.contains(&point))
-    }
-
     /// All points, each with its [`SurfaceShape::weight`].
     pub fn weighted_points(&self) -> impl Iterator<Item = (&MapPoint, f64)> {
         let own = self.patches.first().map_or(self.points.len(), |p| p.points.start);

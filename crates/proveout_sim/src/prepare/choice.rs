@@ -9,7 +9,7 @@ use crate::{
         set_value::SetValue,
         stop_at::StopAt,
     },
-    scene::{BoxFile, DynamicsFile, PlantFile, ProgramFile, Scene},
+    scene::{BoxFile, Dynamics, Plant, ProgramFile, Scene},
 };
 
 /// What a run cuts.
@@ -34,9 +34,9 @@ pub struct Choice {
     /// Distance of the stock's rays instead of the scene's, mm.
     pub resolution_mm: Option<f64>,
     /// Dynamics instead of those of the scene.
-    pub dynamics: Option<DynamicsFile>,
+    pub dynamics: Option<Dynamics>,
     /// Plant instead of that of the scene.
-    pub plant: Option<PlantFile>,
+    pub plant: Option<Plant>,
     /// What the observers of the run will hold, for the announcement of its memory.
     pub recorded: Recorded,
     /// Tools, by name, clamped with more overhang than the library says, mm; with less where

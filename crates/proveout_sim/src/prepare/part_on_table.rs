@@ -4,8 +4,7 @@
 use std::sync::{Arc, OnceLock};
 
 use proveout_collision::{
-    BallTurn, CollisionError, Obstacle, OrientationError, OrientationSettings, OrientationSpace, StandingSolids,
-    ToolClearance,
+    CollisionError, Obstacle, OrientationError, OrientationSettings, OrientationSpace, StandingSolids, ToolClearance,
 };
 use proveout_geom::{Pose, ToolPose, TriMesh};
 use proveout_input::InputError;
@@ -124,7 +123,6 @@ impl FeasibleRegion for Region {
                 solids.map(|(k, (name, mesh))| Obstacle { name, mesh, cut: k < self.cut }).collect();
             OrientationSpace::new(&self.tool, &solids, &OrientationSettings::default())
         });
-        let AxisTurn { center, drift, basis, axial, spread } = *turn;
-        space.as_ref().ok()?.free_turns(&BallTurn { center, drift, basis, axial, spread })
+        space.as_ref().ok()?.free_turns(turn)
     }
 }

@@ -469,16 +469,7 @@ fn joint_motion(machine: &Machine, tool: &Tool, writer: &Writer, q: &JointValues
         base.put(index, value);
         programmed |= 1 << index;
     }
-    Some(Motion {
-        end,
-        end_base: base,
-        tool_axis: None,
-        tool_axis_base: None,
-        programmed,
-        machine_coordinates: false,
-        exact_stop: false,
-        solution: proveout_nc::RotarySolution::Nearest,
-    })
+    Some(Motion { end, end_base: base, programmed, ..Motion::default() })
 }
 
 fn report(

@@ -103,7 +103,7 @@ pub(crate) struct TurnUnderTcp {
 }
 
 /// What a program does.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Reading {
     pub(crate) survey: Survey,
     pub(crate) tools: Vec<ToolUse>,
@@ -149,25 +149,12 @@ impl Reading {
         let mut tracer = Tracer::new(machine, setup);
         let mut state = Collecting {
             machine,
-            tools: Vec::new(),
+            found: Self::default(),
             current: None,
-            offsets: Vec::new(),
             offset: None,
-            moved_in: BTreeSet::new(),
-            before_offsets: None,
-            selected: Vec::new(),
-            changes: false,
-            rotary: BTreeMap::new(),
-            tcp: false,
-            indexed: None,
-            machine_moves: Vec::new(),
             zero: None,
             own_zero: None,
             iso: false,
-            tilted: Vec::new(),
-            joints: BTreeMap::new(),
-            joints_besides: BTreeMap::new(),
-            turns: Vec::new(),
             tcp_on: None,
         };
         let survey = Survey::of_file(path, settings, &mut |command, dialect: Dialect| {
@@ -181,71 +168,24 @@ impl Reading {
             state.look(command, way.as_ref(), joints.as_ref(), &tracer);
             None
         });
-        let Collecting {
-            mut tools,
-            offsets,
-            moved_in,
-            before_offsets,
-            selected,
-            changes,
-            rotary,
-            tcp,
-            indexed,
-            machine_moves,
-            own_zero,
-            tilted,
-            joints,
-            joints_besides,
-            turns,
-            ..
-        } = state;
-        tools.retain(|t| t.name != ToolName::Empty || t.feeds > 0);
-        Self {
-            survey,
-            tools,
-            offsets,
-            moved_in,
-            before_offsets,
-            selected,
-            changes,
-            rotary,
-            tcp,
-            indexed,
-            machine_moves,
-            own_zero: own_zero.flatten(),
-            tilted,
-            joints,
-            joints_besides,
-            turns,
-        }
+        let mut found = state.found;
+        found.tools.retain(|t| t.name != ToolName::Empty || t.feeds > 0);
+        Self { survey, own_zero: state.own_zero.flatten(), ..found }
     }
 }
 
 struct Collecting<'a> {
     machine: &'a Machine,
-    tools: Vec<ToolUse>,
+    found: Reading,
     current: Option<usize>,
-    offsets: Vec<(String, Location)>,
-    /// The one in force.
+    /// The work offset in force.
     offset: Option<String>,
-    moved_in: BTreeSet<String>,
-    before_offsets: Option<Location>,
-    selected: Vec<(ToolName, Location)>,
-    changes: bool,
-    rotary: BTreeMap<char, [f64; 2]>,
-    tcp: bool,
-    indexed: Option<Location>,
-    machine_moves: Vec<MachineMove>,
     /// The zero in force, where the program has set it.
     zero: Option<OwnZero>,
     /// That of the first motion in feed; empty before one.
     own_zero: Option<Option<OwnZero>>,
     /// Words are those of an ISO control.
     iso: bool,
-    tilted: Vec<TiltedPlace>,
-    joints: BTreeMap<usize, [(f64, Location); 2]>,
-    joints_besides: BTreeMap<usize, [f64; 2]>,
-    turns: Vec<TurnUnderTcp>,
     /// Where tool center point control was switched on that is in force.
     tcp_on: Option<Location>,
 }
@@ -261,20 +201,20 @@ impl Collecting<'_> {
         let at = &command.location;
         match &command.op {
             Op::Tool(ToolAction::Change(name)) => {
-                self.changes = true;
+                self.found.changes = true;
                 self.change(name, at);
             }
-            Op::Tool(ToolAction::Select(name)) if !self.selected.iter().any(|(known, _)| known == name) => {
-                self.selected.push((name.clone(), at.clone()));
+            Op::Tool(ToolAction::Select(name)) if !self.found.selected.iter().any(|(known, _)| known == name) => {
+                self.found.selected.push((name.clone(), at.clone()));
             }
             Op::Offset(Offset::Work { word }) => {
                 self.offset = Some(word.clone());
-                if !self.offsets.iter().any(|(known, _)| known == word) {
-                    self.offsets.push((word.clone(), at.clone()));
+                if !self.found.offsets.iter().any(|(known, _)| known == word) {
+                    self.found.offsets.push((word.clone(), at.clone()));
                 }
             }
             Op::Tcp(tcp) => {
-                self.tcp |= tcp.on;
+                self.found.tcp |= tcp.on;
                 self.tcp_on = tcp.on.then(|| self.tcp_on.take().unwrap_or_else(|| at.clone()));
             }
             Op::Frame(frame) if self.iso && (frame.word == "G92" || self.offset.as_ref() == Some(&frame.word)) => {
@@ -309,16 +249,17 @@ impl Collecting<'_> {
         };
         if let (Some(q), None) = (joints, &alone) {
             for j in 0..self.machine.joints.len() {
-                let [low, high] = self.joints_besides.entry(j).or_insert([q[j]; 2]);
+                let [low, high] = self.found.joints_besides.entry(j).or_insert([q[j]; 2]);
                 (*low, *high) = (low.min(q[j]), high.max(q[j]));
             }
         }
-        if let Some(on) = alone.filter(|_| self.turns.len() < MAX_TURNS) {
-            self.turns.push(TurnUnderTcp { at: at.clone(), on });
+        if let Some(on) = alone.filter(|_| self.found.turns.len() < MAX_TURNS) {
+            self.found.turns.push(TurnUnderTcp { at: at.clone(), on });
         }
         if let Some(q) = joints {
             for j in 0..self.machine.joints.len() {
-                let [low, high] = self.joints.entry(j).or_insert_with(|| [(q[j], at.clone()), (q[j], at.clone())]);
+                let [low, high] =
+                    self.found.joints.entry(j).or_insert_with(|| [(q[j], at.clone()), (q[j], at.clone())]);
                 if q[j] < low.0 {
                     *low = (q[j], at.clone());
                 }
@@ -329,12 +270,12 @@ impl Collecting<'_> {
         }
         if way.axis.z < UPRIGHT
             && !way.machine
-            && self.tilted.len() < MAX_TILTED
+            && self.found.tilted.len() < MAX_TILTED
             && let Some(tip) = way.points.last()
         {
-            self.tilted.push(TiltedPlace { tip: *tip, axis: way.axis, gauge: tracer.gauge() });
+            self.found.tilted.push(TiltedPlace { tip: *tip, axis: way.axis, gauge: tracer.gauge() });
         }
-        let Some(tool) = self.current.and_then(|i| self.tools.get_mut(i)) else { return };
+        let Some(tool) = self.current.and_then(|i| self.found.tools.get_mut(i)) else { return };
         match way.kind {
             WayKind::Rapid => {
                 if let (true, [from, .., to]) = (!way.machine && way.from_known, &way.points[..])
@@ -357,7 +298,7 @@ impl Collecting<'_> {
                 }
                 tool.tilted |= way.axis.z < 1.0 - SAME_DIRECTION;
                 if table_turned && !tracer.tcp {
-                    self.indexed.get_or_insert_with(|| at.clone());
+                    self.found.indexed.get_or_insert_with(|| at.clone());
                 }
                 way.points.iter().skip(usize::from(!way.from_known)).for_each(|p| {
                     tool.feed.grow(p);
@@ -392,9 +333,9 @@ impl Collecting<'_> {
     }
 
     fn change(&mut self, name: &ToolName, at: &Location) {
-        let known = self.tools.iter().position(|t| t.name == *name);
+        let known = self.found.tools.iter().position(|t| t.name == *name);
         self.current = Some(known.unwrap_or_else(|| {
-            self.tools.push(ToolUse {
+            self.found.tools.push(ToolUse {
                 name: name.clone(),
                 at: at.clone(),
                 feed: Aabb::empty(),
@@ -410,7 +351,7 @@ impl Collecting<'_> {
                 first_feed: None,
                 first_descent: None,
             });
-            self.tools.len() - 1
+            self.found.tools.len() - 1
         }));
     }
 
@@ -423,18 +364,18 @@ impl Collecting<'_> {
             if index < 3 && !motion.machine_coordinates {
                 match &self.offset {
                     None => {
-                        self.before_offsets.get_or_insert_with(|| at.clone());
+                        self.found.before_offsets.get_or_insert_with(|| at.clone());
                     }
-                    Some(word) if !self.moved_in.contains(word) => {
-                        self.moved_in.insert(word.clone());
+                    Some(word) if !self.found.moved_in.contains(word) => {
+                        self.found.moved_in.insert(word.clone());
                     }
                     Some(_) => {}
                 }
             }
             if motion.machine_coordinates {
-                self.machine_moves.push(MachineMove { letter, value, at: at.clone() });
+                self.found.machine_moves.push(MachineMove { letter, value, at: at.clone() });
             } else if (3..6).contains(&index) {
-                let range = self.rotary.entry(letter).or_insert([value; 2]);
+                let range = self.found.rotary.entry(letter).or_insert([value; 2]);
                 *range = [range[0].min(value), range[1].max(value)];
             }
         }

@@ -219,16 +219,7 @@ impl Writer {
                 programmed |= 1 << letter;
             }
         }
-        self.push(Op::Rapid(Motion {
-            end,
-            end_base: base,
-            tool_axis: None,
-            tool_axis_base: None,
-            programmed,
-            machine_coordinates: false,
-            exact_stop: false,
-            solution: proveout_nc::RotarySolution::Nearest,
-        }));
+        self.push(Op::Rapid(Motion { end, end_base: base, programmed, ..Motion::default() }));
     }
 
     pub(crate) fn tail(&mut self) {
@@ -260,9 +251,7 @@ impl Writer {
             tool_axis: Some(axis.into()),
             tool_axis_base: Some(axis.into()),
             programmed: 0b111,
-            machine_coordinates: false,
-            exact_stop: false,
-            solution: proveout_nc::RotarySolution::Nearest,
+            ..Motion::default()
         };
         self.push(if rapid { Op::Rapid(motion) } else { Op::Linear(motion) });
     }
@@ -406,13 +395,4 @@ impl<'a> Rescheduling<'a> {
         let plain = || RescheduleFile::plain(method, &source.name);
         Ok(Self { source, entry, file: entry.reschedule.clone().unwrap_or_else(plain) })
     }
-}
-
-/// Largest distance of ball centers before and after, mm: what a re-scheduled program may not change.
-pub fn largest_center_shift(made: &Reprogrammed, radius: f64) -> f64 {
-    let shift = |a: &ToolPose, b: &ToolPose| -> f64 {
-        let move_of = |p: &ToolPose| -> Vector { p.tip.coords + p.axis * radius };
-        (move_of(a) - move_of(b)).norm()
-    };
-    made.runs.iter().flat_map(|r| r.before.iter().zip(&r.after)).map(|(a, b)| shift(a, b)).fold(0.0, f64::max)
 }

@@ -7,7 +7,6 @@ use std::{
     time::Instant,
 };
 
-use proveout_controller::{Dynamics, servo::Plant};
 use proveout_input::{InputError, read_input};
 use proveout_nc::{Look, Op, ProgramText, Survey};
 
@@ -30,9 +29,7 @@ use crate::{
         texture_plan::Plan,
         tools_and_holders::{check_start_tool, clamp_out, holder_zones},
     },
-    scene::{
-        DynamicsFile, PlantFile, ProgramFile, Scene, joint_limits::limit_joints, mesh_unit, stock::resolution_fault,
-    },
+    scene::{ProgramFile, Scene, joint_limits::limit_joints, mesh_unit, stock::resolution_fault},
 };
 
 impl Prepared {
@@ -201,15 +198,8 @@ impl Prepared {
             free_axes: choice.free_axes,
             set: set_values::told(&choice.set),
             wanted,
-            dynamics: match dynamics {
-                DynamicsFile::Ideal => Dynamics::Ideal,
-                DynamicsFile::Planned => Dynamics::Planned,
-                DynamicsFile::Servo => Dynamics::Servo,
-            },
-            plant: match choice.plant.unwrap_or(scene.file.control.plant) {
-                PlantFile::NewtonEuler => Plant::NewtonEuler,
-                PlantFile::Rapier => Plant::Rapier,
-            },
+            dynamics,
+            plant: choice.plant.unwrap_or(scene.file.control.plant),
             digests,
             inputs: input_files,
             flat_meshes,

@@ -78,12 +78,8 @@ impl Plan {
             }
         }
         let (ground, chord_error) = ground(scene, part_mesh)?;
-        let mut plan = Self {
-            ground,
-            entries: Vec::new(),
-            class: surface.class.map_or(SettingClass::Sc3, Into::into),
-            chord_error,
-        };
+        let mut plan =
+            Self { ground, entries: Vec::new(), class: surface.class.unwrap_or(SettingClass::Sc3), chord_error };
         for spanned in &surface.patch {
             let patch = spanned.get_ref();
             let (size, step_um) = (patch.size_mm.unwrap_or(surface.size_mm), patch.step_um.unwrap_or(surface.step_um));

@@ -2,35 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use proveout_controller::{Dynamics, servo::Plant};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
 use crate::scene::joint_limits::JointLimitFile;
-
-/// Which motion cuts the stock.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum DynamicsFile {
-    /// The programmed path without corner rounding, at the planned times.
-    Ideal,
-    /// The set points of the control: corners rounded within the tolerance.
-    #[default]
-    Planned,
-    /// What the drives make of the set points; the machine must describe its drives.
-    Servo,
-}
-
-/// What moves under the forces of the drives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum PlantFile {
-    /// One mass a joint, loaded by recursive Newton-Euler.
-    #[default]
-    NewtonEuler,
-    /// Coupled rigid bodies in Rapier; every body needs a mass.
-    Rapier,
-}
 
 /// Control and dynamics.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
@@ -42,10 +19,10 @@ pub struct ControlFile {
     pub file: Option<String>,
     /// Which motion cuts the stock.
     #[serde(default)]
-    pub dynamics: DynamicsFile,
+    pub dynamics: Dynamics,
     /// What moves under the forces of the drives, for dynamics = "servo".
     #[serde(default)]
-    pub plant: PlantFile,
+    pub plant: Plant,
     /// Corner tolerance where the program sets none, mm; otherwise as the machine says.
     pub path_tolerance_mm: Option<f64>,
     /// By how much the pieces of motion that cut may leave the true motion at the cutting edges, mm; 0.0005

@@ -53,6 +53,7 @@ use std::{
     path::{Component, Path, PathBuf},
 };
 
+pub use proveout_controller::{Dynamics, servo::Plant};
 use proveout_input::{Document, InputError, Step::Item, Step::Key, in_millimeters, read_input};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -62,7 +63,7 @@ pub use self::asked::{GatesFile, NoneFile};
 pub use self::blade::{BladeFile, BladeKindFile, EndFile, EndPlatformFile, PlatformFile};
 pub use self::choice::{ChoiceFile, ChoiceSourceFile, ChoiceValueFile};
 pub use self::compare::{CompareFile, ExpectFile, FormFile, PublishedFile, PublishedKindFile, QuantityFile};
-pub use self::control::{ControlFile, DynamicsFile, PlantFile};
+pub use self::control::ControlFile;
 pub use self::fixture::FixtureKindFile;
 pub use self::inspect::{InspectFile, InspectKindFile, probe_direction};
 pub use self::joint_limits::JointLimitFile;
@@ -74,16 +75,13 @@ pub use self::plan::{
     StrategyFile, TimedByFile,
 };
 pub use self::program::{ProgramFile, SwitchFile};
-pub use self::reschedule::{
-    ChannelFile, CriterionFile, EndsFile, InsetFile, InsetWordFile, JunctionFile, KeyAxesFile, MethodFile,
-    RescheduleFile, ThetaUnitFile,
-};
+pub use self::reschedule::{ChannelFile, InsetFile, InsetWordFile, KeyAxesFile, MethodFile, RescheduleFile};
 pub use self::run_limits::RunLimitsFile;
 pub use self::setup::{FixtureFile, FixtureFrame, Mount, OffsetFile, StartFile};
 pub use self::stock::{BoxFile, CylinderAxis, CylinderFile, ResolutionFile, StockFile};
 pub use self::surface::{
-    ProfileDirectionFile, ProfileStandardFile, SettingClassFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile,
-    SurfaceModelFile, SurfacePatchFile, SurfaceProfileFile,
+    ProfileDirectionFile, SpindlePhaseFile, SurfaceFile, SurfaceGridFile, SurfaceModelFile, SurfacePatchFile,
+    SurfaceProfileFile,
 };
 pub use self::tolerance::{ToleranceRegionFile, Tolerances};
 use crate::scene::{place::offset_of, stock::resolution_fault};

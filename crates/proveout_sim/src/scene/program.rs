@@ -12,7 +12,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::scene::{
-    AxisFile, DynamicsFile, HELIX, Mount, OffsetFile, RescheduleFile, Scene, SceneFile, StrategyFile, place::offset_of,
+    AxisFile, Dynamics, HELIX, Mount, OffsetFile, RescheduleFile, Scene, SceneFile, StrategyFile, place::offset_of,
 };
 
 /// One named program.
@@ -38,7 +38,7 @@ pub struct ProgramFile {
     /// Mounting for this program, where it is not the scene's.
     pub mount: Option<Mount>,
     /// Dynamics for this program, where they are not the scene's.
-    pub dynamics: Option<DynamicsFile>,
+    pub dynamics: Option<Dynamics>,
     /// The block-skip switch: `on` leaves out the blocks that a `/` begins, whatever its level, `off` runs
     /// them, `both` runs the program either way and judges each gate by the worse. When left out, and no
     /// control file says it, such blocks are run and the gate `program` is unchecked.

@@ -14,10 +14,7 @@ use serde::Deserialize;
 
 use crate::units::MM_PER_UM;
 
-pub use self::words::{
-    ChannelFile, CriterionFile, EndsFile, InsetFile, InsetWordFile, JunctionFile, KeyAxesFile, MethodFile,
-    ThetaUnitFile,
-};
+pub use self::words::{ChannelFile, InsetFile, InsetWordFile, KeyAxesFile, MethodFile};
 
 /// A program that is made from another one.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
@@ -40,7 +37,7 @@ pub struct RescheduleFile {
     /// `s-theta`: key points nearer than this are merged, mm.
     pub merge_mm: Option<f64>,
     /// `s-theta`: unit of theta in the construction of corners.
-    pub theta_unit: Option<ThetaUnitFile>,
+    pub theta_unit: Option<ThetaUnit>,
     /// `quaternion`: key blocks of a layer.
     pub keys: Option<usize>,
     /// `singularity`: blocks whose axis is nearer to the table's axis than this are looked at, degrees.
@@ -48,13 +45,13 @@ pub struct RescheduleFile {
     /// `singularity`: they are changed where the table turns by more than this for a mm of contact path, degrees.
     pub rate_deg_mm: Option<f64>,
     /// `singularity`: how the ends of a changed stretch are smoothed.
-    pub junction: Option<JunctionFile>,
+    pub junction: Option<Junction>,
     /// `min-angular-acceleration`: largest lean of key axes from the table's axis, degrees.
     pub cap_deg: Option<f64>,
     /// `min-angular-acceleration`: half of the window at a key, mm.
     pub window_mm: Option<f64>,
     /// `min-angular-acceleration`: what the axes between keys are the least of.
-    pub criterion: Option<CriterionFile>,
+    pub criterion: Option<Criterion>,
     /// `min-angular-acceleration`: where the axes of the keys come from.
     pub key_axes: Option<KeyAxesFile>,
     /// `multi-scale`, `smooth` of rows: narrowest strip, mm.
@@ -90,7 +87,7 @@ pub struct RescheduleFile {
     /// `smooth` of rows: largest turn of the tool axis from the program's own, degrees.
     pub turn_max_deg: Option<f64>,
     /// `smooth` of rows: whether the axes at both ends of a row stay.
-    pub ends: Option<EndsFile>,
+    pub ends: Option<RowEnds>,
 }
 
 impl RescheduleFile {
@@ -129,12 +126,7 @@ impl RescheduleFile {
                         Some(InsetFile::Degrees(degrees)) => degrees * TAU / 360.0,
                         Some(InsetFile::Word(InsetWordFile::Search)) | None => defaults.inset,
                     },
-                    unit: match self.theta_unit {
-                        None | Some(ThetaUnitFile::Degree) => ThetaUnit::Degree,
-                        Some(ThetaUnitFile::Radian) => ThetaUnit::Radian,
-                        Some(ThetaUnitFile::Normalized) => ThetaUnit::Normalized,
-                        Some(ThetaUnitFile::UnitFree) => ThetaUnit::UnitFree,
-                    },
+                    unit: self.theta_unit.unwrap_or_default(),
                     start_flat: self.start_flat_mm.unwrap_or(defaults.start_flat),
                     end_flat: self.end_flat_percent.map_or(defaults.end_flat, |p| p / 100.0),
                     merge: self.merge_mm.unwrap_or(defaults.merge),
@@ -152,11 +144,7 @@ impl RescheduleFile {
                 Box::new(MinAngularAcceleration {
                     cap: self.cap_deg.map_or(defaults.cap, |d| d * TAU / 360.0),
                     window: self.window_mm.unwrap_or(defaults.window),
-                    criterion: match self.criterion {
-                        None => defaults.criterion,
-                        Some(CriterionFile::Paper) => Criterion::Paper,
-                        Some(CriterionFile::TrueMinimum) => Criterion::TrueMinimum,
-                    },
+                    criterion: self.criterion.unwrap_or(defaults.criterion),
                     search: self.key_axes.map_or(defaults.search, |k| k == KeyAxesFile::Search),
                 })
             }
@@ -166,11 +154,7 @@ impl RescheduleFile {
                 Box::new(SmoothRows {
                     lean_max: self.lean_max_deg.map_or(defaults.lean_max, |d| d * TAU / 360.0),
                     turn_max: self.turn_max_deg.map(|d| d * TAU / 360.0),
-                    ends: match self.ends {
-                        None => defaults.ends,
-                        Some(EndsFile::Kept) => RowEnds::Kept,
-                        Some(EndsFile::Free) => RowEnds::Free,
-                    },
+                    ends: self.ends.unwrap_or(defaults.ends),
                     rules: self.multi_scale(),
                 })
             }
@@ -193,12 +177,7 @@ impl RescheduleFile {
                 Box::new(Singularity {
                     cone: self.cone_deg.map_or(defaults.cone, |d| d * TAU / 360.0),
                     rate: self.rate_deg_mm.map_or(defaults.rate, |d| d * TAU / 360.0),
-                    junction: match self.junction {
-                        None => defaults.junction,
-                        Some(JunctionFile::Off) => Junction::Off,
-                        Some(JunctionFile::Free) => Junction::Free,
-                        Some(JunctionFile::Pinned) => Junction::Pinned,
-                    },
+                    junction: self.junction.unwrap_or(defaults.junction),
                 })
             }
         }

@@ -41,32 +41,6 @@ pub enum SurfaceModelFile {
     Teeth,
 }
 
-/// Definitions of profile parameters.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum ProfileStandardFile {
-    /// ISO 21920-2:2021.
-    #[default]
-    Iso21920,
-    /// ISO 4287:1997.
-    Iso4287,
-}
-
-/// Setting class of ISO 21920-3:2021, table 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-pub enum SettingClassFile {
-    /// Cut-off 0.08 mm.
-    Sc1,
-    /// Cut-off 0.25 mm.
-    Sc2,
-    /// Cut-off 0.8 mm.
-    Sc3,
-    /// Cut-off 2.5 mm.
-    Sc4,
-    /// Cut-off 8 mm.
-    Sc5,
-}
-
 /// Texture of the cut surface, on patches and profiles of the design: `[surface]`.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -85,10 +59,10 @@ pub struct SurfaceFile {
     pub max_height_mm: f64,
     /// Definitions of the profile parameters.
     #[serde(default)]
-    pub standard: ProfileStandardFile,
+    pub standard: Standard,
     /// Setting class to begin with, of profiles and of the L-filter of patches: Sc3 when left out. Where the
     /// marks lie farther apart than its cut-off, the next class is taken, and said to be.
-    pub class: Option<SettingClassFile>,
+    pub class: Option<SettingClass>,
     /// Profiles through the middle of every patch, across and along the lay.
     #[serde(default = "default_true")]
     pub profiles: bool,
@@ -228,27 +202,6 @@ pub struct SpindlePhaseFile {
     pub tooth_deg: f64,
     /// Name of the tool; left out, whichever comes nearest.
     pub tool: Option<String>,
-}
-
-impl From<ProfileStandardFile> for Standard {
-    fn from(s: ProfileStandardFile) -> Self {
-        match s {
-            ProfileStandardFile::Iso21920 => Self::Iso21920,
-            ProfileStandardFile::Iso4287 => Self::Iso4287,
-        }
-    }
-}
-
-impl From<SettingClassFile> for SettingClass {
-    fn from(c: SettingClassFile) -> Self {
-        match c {
-            SettingClassFile::Sc1 => Self::Sc1,
-            SettingClassFile::Sc2 => Self::Sc2,
-            SettingClassFile::Sc3 => Self::Sc3,
-            SettingClassFile::Sc4 => Self::Sc4,
-            SettingClassFile::Sc5 => Self::Sc5,
-        }
-    }
 }
 
 /// Where a middle is written.

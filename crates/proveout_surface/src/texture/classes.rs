@@ -1,9 +1,10 @@
 //! Setting classes and editions.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Which definitions of profile parameters hold.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Standard {
     /// ISO 21920-2:2021: Ra, Rq, Rsk, Rku over the evaluation length; Rp, Rv, Rz as mean over its sections.
@@ -40,7 +41,7 @@ impl Standard {
 }
 
 /// A setting class of ISO 21920-3:2021, table 1: cut-offs, section and evaluation lengths that belong together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 pub enum SettingClass {
     /// `lambda_c` 0.08 mm.
     Sc1,

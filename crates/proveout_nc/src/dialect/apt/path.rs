@@ -5,7 +5,7 @@ use super::statement::{AptStatement, Bad, LineRange};
 use crate::codes;
 use crate::frame::{self, Frame};
 use crate::source::Source;
-use crate::{AxisValues, Motion, Op, OrientationInterpolation, RotarySolution, Tcp};
+use crate::{AxisValues, Motion, Op, OrientationInterpolation, Tcp};
 
 /// How far the length of a programmed tool axis may be from one: CL data has six digits.
 const AXIS_LENGTH: f64 = 1e-3;
@@ -114,9 +114,7 @@ impl AptReader {
                 None
             },
             programmed: 0b111,
-            machine_coordinates: false,
-            exact_stop: false,
-            solution: RotarySolution::Nearest,
+            ..Motion::default()
         }
     }
 

@@ -375,9 +375,8 @@ impl Interpreter {
             tool_axis: goal.tool_axis,
             tool_axis_base,
             programmed: goal.programmed,
-            machine_coordinates: false,
-            exact_stop: false,
             solution: if by_plane { self.modal.plane_solution } else { RotarySolution::Nearest },
+            ..Motion::default()
         })
     }
 

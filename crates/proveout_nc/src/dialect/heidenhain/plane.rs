@@ -359,16 +359,7 @@ impl Interpreter {
                     base.put(axis, 0.0);
                     end.put(axis, -offset + 0.0);
                 }
-                Motion {
-                    end,
-                    end_base: base,
-                    tool_axis: None,
-                    tool_axis_base: None,
-                    programmed: 0,
-                    machine_coordinates: false,
-                    exact_stop: false,
-                    solution: RotarySolution::Nearest,
-                }
+                Motion { end, end_base: base, ..Motion::default() }
             }
         };
         self.modal.tangent = None;

@@ -334,10 +334,9 @@ impl Interpreter {
             end_base: self.position.base,
             tool_axis: Some(axis),
             tool_axis_base: crate::frame::unit(frame.apply_vector(axis)),
-            programmed: 0,
-            machine_coordinates: false,
             exact_stop: true,
             solution,
+            ..Motion::default()
         };
         Siemens::moving(self);
         self.emit(Op::Rapid(motion));

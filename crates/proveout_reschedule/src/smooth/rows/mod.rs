@@ -34,6 +34,8 @@ mod starts;
 
 use proveout_geom::Vector;
 use proveout_machine::JointValues;
+use schemars::JsonSchema;
+use serde::Deserialize;
 
 use self::cells::DeadEnd;
 use self::freedom::Freedom;
@@ -68,13 +70,19 @@ const WITH_CONTROL: [(f64, bool, bool); 9] = {
     ]
 };
 const IDLE: usize = 5;
-/// Whether the axes at the ends of a row may move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Whether the axes at both ends of a row stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum RowEnds {
-    /// They stay as the program has them.
+    /// As the program has them.
     Kept,
     /// They move as all others do.
     Free,
+}
+
+impl RowEnds {
+    /// Every rule with its name.
+    pub const NAMES: [(&'static str, Self); 2] = [("kept", Self::Kept), ("free", Self::Free)];
 }
 
 /// Parameters of the method for rows.

@@ -7,7 +7,7 @@ use proveout_path::PathCutter;
 use proveout_tool::Profile;
 
 use super::super::super::multi_scale::{BullNose, MultiScale, RowRules};
-use super::super::super::touching::{TouchOffset, touching};
+use super::super::super::touching::{TouchOffset, contacts};
 use super::super::super::{CuttingRun, RescheduleError, Surroundings};
 use super::SmoothRows;
 
@@ -45,16 +45,7 @@ impl RowBlocks {
             let touching = std::mem::take(&mut rules.contacts);
             return Ok(Self { cutter, touching, stretch, arc, rules: Some(rules) });
         }
-        let mut all = Vec::with_capacity(run.blocks.len());
-        for block in &run.blocks {
-            let Some(found) = touching(&block.pose, &cutter, around) else {
-                let message =
-                    "where the tool touches is not known: it is not a ball, and no surface of the part is near";
-                let help = "describe the blade of the scene under [part.blade], or use a ball end mill";
-                return Err(RescheduleError::new("reschedule-tool", block.line, message, help));
-            };
-            all.push(found);
-        }
+        let all = contacts(run, &cutter, around)?;
         let stretch = stretch(&all, run, around, cutter.ball_radius());
         let line = |i: usize| run.blocks.get(i).map_or(0, |b| b.line);
         if stretch.len() < SHORTEST {

@@ -1,7 +1,7 @@
 //! Which values every job of a sweep has.
 
 use super::file::{DesignFile, VaryFile};
-use crate::{prepare::set_value::SetValue, scene::ChoiceValueFile};
+use crate::{latin_hypercube::latin_hypercube, prepare::set_value::SetValue, scene::ChoiceValueFile};
 
 /// The values of all jobs, made when they are asked for: a million jobs take no memory but that of a Latin
 /// hypercube's order.
@@ -114,27 +114,6 @@ impl Design {
         };
         (0..self.keys.len()).map(|k| SetValue { key: self.keys[k].clone(), value: value(k) }).collect()
     }
-}
-
-/// For each key its place in every draw.
-fn latin_hypercube(keys: usize, draws: usize, seed: u64) -> Vec<Vec<f64>> {
-    let mut state = seed;
-    // Steele, Lea, Flood 2014: splitmix64.
-    let mut random = || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
-    };
-    let one = |_| {
-        let mut order: Vec<usize> = (0..draws).collect();
-        for i in (1..draws).rev() {
-            order.swap(i, ((i + 1) as f64 * random()) as usize);
-        }
-        order.into_iter().map(|place| (place as f64 + random()) / draws as f64).collect()
-    };
-    (0..keys).map(one).collect()
 }
 
 #[cfg(test)]

@@ -300,7 +300,7 @@ impl<'a> Work<'a> {
     }
 
     fn asked(&self, to_lay: Option<f64>) -> Asked {
-        Asked { standard: self.surface.standard.into(), class: self.plan.class, to_lay, ..Asked::default() }
+        Asked { standard: self.surface.standard, class: self.plan.class, to_lay, ..Asked::default() }
     }
 
     /// A profile along the columns of a place; with the next class, and its length, where the marks ask for it.

@@ -1,10 +1,9 @@
 //! The options of methods: one list with key, value as text, and how a text is taken; which method reads which.
 
 use super::MethodFile::{MinAngularAcceleration, MultiScale, Quaternion, STheta, Singularity, Smooth};
-use super::{
-    ChannelFile, CriterionFile, EndsFile, InsetFile, InsetWordFile, JunctionFile, KeyAxesFile, MethodFile,
-    RescheduleFile, ThetaUnitFile,
-};
+use proveout_reschedule::{Criterion, Junction, RowEnds, ThetaUnit};
+
+use super::{ChannelFile, InsetFile, InsetWordFile, KeyAxesFile, MethodFile, RescheduleFile};
 
 /// What is wrong with a value, and what to write.
 type Wrong = (String, String);
@@ -57,14 +56,14 @@ const ALL: [Known; 30] = [
     option!(&[STheta], start_flat_mm, number),
     option!(&[STheta], end_flat_percent, number),
     option!(&[STheta], merge_mm, number),
-    option!(&[STheta], theta_unit, ThetaUnitFile, "no unit"),
+    option!(&[STheta], theta_unit, ThetaUnit, "no unit"),
     option!(&[Quaternion], keys, count),
     option!(&[Singularity], cone_deg, number),
     option!(&[Singularity], rate_deg_mm, number),
-    option!(&[Singularity], junction, JunctionFile, "no rule"),
+    option!(&[Singularity], junction, Junction, "no rule"),
     option!(&[MinAngularAcceleration], cap_deg, number),
     option!(&[MinAngularAcceleration], window_mm, number),
-    option!(&[MinAngularAcceleration], criterion, CriterionFile, "not one of its words"),
+    option!(&[MinAngularAcceleration], criterion, Criterion, "not one of its words"),
     option!(&[MinAngularAcceleration], key_axes, KeyAxesFile, "not one of its words"),
     option!(BULL_NOSE, strip_min_mm, number),
     option!(BULL_NOSE, strip_max_mm, number),
@@ -86,7 +85,7 @@ const ALL: [Known; 30] = [
     },
     option!(&[Smooth], time_given_up_percent, number),
     option!(&[Smooth], turn_max_deg, number),
-    option!(&[Smooth], ends, EndsFile, "not one of its words"),
+    option!(&[Smooth], ends, RowEnds, "not one of its words"),
 ];
 
 impl RescheduleFile {
@@ -99,7 +98,7 @@ impl RescheduleFile {
     pub fn read(&self) -> Vec<&'static str> {
         let rows = self.channel == Some(ChannelFile::Rows);
         let reads = |key: &&str| match (self.method, *key) {
-            (MinAngularAcceleration, "window_mm") => self.criterion != Some(CriterionFile::TrueMinimum),
+            (MinAngularAcceleration, "window_mm") => self.criterion != Some(Criterion::TrueMinimum),
             // A measurement counts places above a limit.
             (_, "measured_part") if self.ra_um == Some(0.0) => false,
             (_, "measured_spread") if self.ra_um == Some(0.0) || self.measured_part.is_none() => false,

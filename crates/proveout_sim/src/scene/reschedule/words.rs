@@ -33,40 +33,10 @@ pub enum ChannelFile {
     Rows,
 }
 
-/// Whether the axes at both ends of a row stay.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum EndsFile {
-    /// As the program has them.
-    Kept,
-    /// They move as all others do.
-    Free,
-}
-
-impl EndsFile {
-    /// Every rule with its name.
-    pub const NAMES: [(&'static str, Self); 2] = [("kept", Self::Kept), ("free", Self::Free)];
-}
-
 impl ChannelFile {
     /// Every channel with its name.
     pub const NAMES: [(&'static str, Self); 3] =
         [("clearance", Self::Clearance), ("tool", Self::Tool), ("rows", Self::Rows)];
-}
-
-/// What the axes between keys are the least of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum CriterionFile {
-    /// The sum of the paper between two keys each, with windows at the keys.
-    Paper,
-    /// That sum over the whole row.
-    TrueMinimum,
-}
-
-impl CriterionFile {
-    /// Every criterion with its name.
-    pub const NAMES: [(&'static str, Self); 2] = [("paper", Self::Paper), ("true-minimum", Self::TrueMinimum)];
 }
 
 /// Where the axes of keys come from.
@@ -113,45 +83,4 @@ impl MethodFile {
         ("multi-scale", Self::MultiScale),
         ("smooth", Self::Smooth),
     ];
-}
-
-/// Unit of theta.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ThetaUnitFile {
-    /// Degrees.
-    Degree,
-    /// Radian.
-    Radian,
-    /// Turns and layers.
-    Normalized,
-    /// A rule that does not depend on units.
-    UnitFree,
-}
-
-impl ThetaUnitFile {
-    /// Every unit with its name.
-    pub const NAMES: [(&'static str, Self); 4] = [
-        ("degree", Self::Degree),
-        ("radian", Self::Radian),
-        ("normalized", Self::Normalized),
-        ("unit-free", Self::UnitFree),
-    ];
-}
-
-/// How the ends of a stretch near the pole are smoothed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum JunctionFile {
-    /// Not at all.
-    Off,
-    /// By the least-squares quadratic through five blocks, as published.
-    Free,
-    /// By the one that keeps the first and the last of them.
-    Pinned,
-}
-
-impl JunctionFile {
-    /// Every rule with its name.
-    pub const NAMES: [(&'static str, Self); 3] = [("off", Self::Off), ("free", Self::Free), ("pinned", Self::Pinned)];
 }

@@ -12,10 +12,12 @@
 //!
 //! All lengths are m; height = offset + increment x number.
 
+use roxmltree::Node;
+
 use super::{
     FileFault, HOLE_HELP, Lattice, MeasuredFile, TextureFileError, count, md5, measured,
     sdf::shown,
-    xml::{self, XmlElement},
+    xml::{self, child, text_of},
     zip::{Archive, pack},
 };
 
@@ -39,26 +41,27 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, FileFault> {
         }
     }
     let text = String::from_utf8_lossy(&xml);
-    let root = xml::parse(&text)?;
-    let record = |name: &str| root.child(name).ok_or_else(|| FileFault::new(format!("main.xml has no {name}"), ANEW));
+    let document = xml::parse(&text)?;
+    let root = document.root_element();
+    let record = |name: &str| child(root, name).ok_or_else(|| FileFault::new(format!("main.xml has no {name}"), ANEW));
     let (axes, data) = (record("Record1")?, record("Record3")?);
-    let kind = axes.text_of(&["FeatureType"]).unwrap_or_default();
-    if !["PRF", "SUR"].contains(&kind) {
+    let kind = text_of(axes, &["FeatureType"]).unwrap_or_default();
+    if !["PRF", "SUR"].contains(&kind.as_str()) {
         return Err(FileFault::new(
-            format!("a feature of type {:?} is not read; PRF and SUR are", shown(kind)),
+            format!("a feature of type {:?} is not read; PRF and SUR are", shown(&kind)),
             "write the file as a grid of heights",
         ));
     }
-    let matrix = data.child("MatrixDimension").ok_or_else(|| {
+    let matrix = child(data, "MatrixDimension").ok_or_else(|| {
         FileFault::new(
             "Record3 has no MatrixDimension: a list of points is not a grid",
             "write the file as a grid of heights",
         )
     })?;
     let size = |name: &str| {
-        let told = matrix.text_of(&[name]).unwrap_or_default();
+        let told = text_of(matrix, &[name]).unwrap_or_default();
         told.parse::<usize>().ok().filter(|n| *n > 0).ok_or_else(|| {
-            FileFault::new(format!("{name} is {:?}; a whole number from 1 is expected", shown(told)), ANEW)
+            FileFault::new(format!("{name} is {:?}; a whole number from 1 is expected", shown(&told)), ANEW)
         })
     };
     let (columns, rows, layers) = (size("SizeX")?, size("SizeY")?, size("SizeZ")?);
@@ -69,21 +72,19 @@ pub(super) fn read(bytes: &[u8]) -> Result<MeasuredFile, FileFault> {
         return Err(FileFault::new(format!("{columns} x {rows} heights; 2 along x are needed"), ANEW));
     }
     let n = count(columns, rows)?;
-    let axes = axes.child("Axes").ok_or_else(|| FileFault::new("Record1 has no Axes", ANEW))?;
+    let axes = child(axes, "Axes").ok_or_else(|| FileFault::new("Record1 has no Axes", ANEW))?;
     let steps = [step(axes, "CX", true)?, step(axes, "CY", rows > 1)?];
-    let z = axes.child("CZ").ok_or_else(|| FileFault::new("the axis CZ is missing", ANEW))?;
-    if z.text_of(&["AxisType"]) != Some("A") {
+    let z = child(axes, "CZ").ok_or_else(|| FileFault::new("the axis CZ is missing", ANEW))?;
+    let kind = text_of(z, &["AxisType"]).unwrap_or_default();
+    if kind != "A" {
         return Err(FileFault::new(
-            format!(
-                "axis CZ is of type {:?}; A, absolute heights, is read",
-                shown(z.text_of(&["AxisType"]).unwrap_or_default())
-            ),
+            format!("axis CZ is of type {:?}; A, absolute heights, is read", shown(&kind)),
             ANEW,
         ));
     }
     let (increment, offset) = (number(z, "CZ", "Increment", 1.0)?, number(z, "CZ", "Offset", 0.0)?);
-    let values = match (data.child("DataLink"), data.child("DataList")) {
-        (Some(link), _) => linked(&archive, link, z.text_of(&["DataType"]).unwrap_or_default(), n)?,
+    let values = match (child(data, "DataLink"), child(data, "DataList")) {
+        (Some(link), _) => linked(&archive, link, &text_of(z, &["DataType"]).unwrap_or_default(), n)?,
         (None, Some(list)) => listed(list, n)?,
         (None, None) => {
             return Err(FileFault::new("Record3 has neither DataLink nor DataList: there are no heights", ANEW));
@@ -114,8 +115,8 @@ fn compare(content: &[u8], told: &str, what: &str) -> Result<(), FileFault> {
     ))
 }
 
-fn number(axis: &XmlElement, name: &str, key: &str, default: f64) -> Result<f64, FileFault> {
-    match axis.text_of(&[key]) {
+fn number(axis: Node<'_, '_>, name: &str, key: &str, default: f64) -> Result<f64, FileFault> {
+    match text_of(axis, &[key]).as_deref() {
         None | Some("") => Ok(default),
         Some(told) => told
             .parse::<f64>()
@@ -126,15 +127,15 @@ fn number(axis: &XmlElement, name: &str, key: &str, default: f64) -> Result<f64,
 }
 
 /// Spacing along an axis, mm.
-fn step(axes: &XmlElement, name: &str, used: bool) -> Result<f64, FileFault> {
+fn step(axes: Node<'_, '_>, name: &str, used: bool) -> Result<f64, FileFault> {
     if !used {
         return Ok(0.0);
     }
-    let axis = axes.child(name).ok_or_else(|| FileFault::new(format!("the axis {name} is missing"), ANEW))?;
-    let kind = axis.text_of(&["AxisType"]).unwrap_or_default();
+    let axis = child(axes, name).ok_or_else(|| FileFault::new(format!("the axis {name} is missing"), ANEW))?;
+    let kind = text_of(axis, &["AxisType"]).unwrap_or_default();
     if kind != "I" {
         return Err(FileFault::new(
-            format!("axis {name} is of type {:?}; I, equal steps, is read", shown(kind)),
+            format!("axis {name} is of type {:?}; I, equal steps, is read", shown(&kind)),
             "write the heights at equal steps",
         ));
     }
@@ -150,7 +151,7 @@ fn step(axes: &XmlElement, name: &str, used: bool) -> Result<f64, FileFault> {
 }
 
 /// Numbers in a file of the archive.
-fn linked(archive: &Archive<'_>, link: &XmlElement, kind: &str, n: usize) -> Result<Vec<f64>, FileFault> {
+fn linked(archive: &Archive<'_>, link: Node<'_, '_>, kind: &str, n: usize) -> Result<Vec<f64>, FileFault> {
     let size = match kind {
         "I" => 2,
         "L" | "F" => 4,
@@ -158,23 +159,23 @@ fn linked(archive: &Archive<'_>, link: &XmlElement, kind: &str, n: usize) -> Res
         other => return Err(FileFault::new(format!("data type {:?}; I, L, F and D are read", shown(other)), ANEW)),
     };
     let file = |key: &str, bytes: usize| {
-        let Some(path) = link.text_of(&[key]).filter(|p| !p.is_empty()) else { return Ok(None) };
-        let content = archive.read(path, bytes)?;
-        let content = content.ok_or_else(|| FileFault::new(format!("the archive has no {:?}", shown(path)), ANEW))?;
+        let Some(path) = text_of(link, &[key]).filter(|p| !p.is_empty()) else { return Ok(None) };
+        let content = archive.read(&path, bytes)?;
+        let content = content.ok_or_else(|| FileFault::new(format!("the archive has no {:?}", shown(&path)), ANEW))?;
         if content.len() == bytes {
             Ok(Some(content))
         } else {
-            Err(FileFault::new(format!("{:?} has {} bytes instead of {bytes}", shown(path), content.len()), ANEW))
+            Err(FileFault::new(format!("{:?} has {} bytes instead of {bytes}", shown(&path), content.len()), ANEW))
         }
     };
     let content =
         file("PointDataLink", n * size)?.ok_or_else(|| FileFault::new("DataLink names no PointDataLink", ANEW))?;
-    if let Some(told) = link.text_of(&["MD5ChecksumPointData"]).filter(|t| !t.is_empty()) {
-        compare(&content, told, "the heights")?;
+    if let Some(told) = text_of(link, &["MD5ChecksumPointData"]).filter(|t| !t.is_empty()) {
+        compare(&content, &told, "the heights")?;
     }
     if let Some(valid) = file("ValidPointsLink", n.div_ceil(8))? {
-        if let Some(told) = link.text_of(&["MD5ChecksumValidPoints"]).filter(|t| !t.is_empty()) {
-            compare(&valid, told, "the measured points")?;
+        if let Some(told) = text_of(link, &["MD5ChecksumValidPoints"]).filter(|t| !t.is_empty()) {
+            compare(&valid, &told, "the measured points")?;
         }
         if let Some(k) = (0..n).find(|k| valid[k / 8] >> (k % 8) & 1 == 0) {
             return Err(FileFault::new(format!("height {} was not measured", k + 1), HOLE_HELP));
@@ -193,15 +194,16 @@ fn linked(archive: &Archive<'_>, link: &XmlElement, kind: &str, n: usize) -> Res
 }
 
 /// Numbers in the text: the last of those of a datum is the height.
-fn listed(list: &XmlElement, n: usize) -> Result<Vec<f64>, FileFault> {
-    let data: Vec<&XmlElement> = list.children.iter().filter(|c| c.name == "Datum").collect();
+fn listed(list: Node<'_, '_>, n: usize) -> Result<Vec<f64>, FileFault> {
+    let data: Vec<Node<'_, '_>> = list.children().filter(|c| c.tag_name().name() == "Datum").collect();
     if data.len() != n {
         return Err(FileFault::new(format!("{} Datum in place of {n}", data.len()), ANEW));
     }
     data.iter()
         .enumerate()
         .map(|(k, datum)| {
-            let told = datum.text.rsplit(';').next().unwrap_or_default().trim();
+            let text = xml::text(*datum);
+            let told = text.rsplit(';').next().unwrap_or_default().trim();
             if told.is_empty() {
                 return Err(FileFault::new(format!("height {} was not measured", k + 1), HOLE_HELP));
             }
