@@ -80,7 +80,7 @@ fn done(folder: &Path, job: &Job) -> (Planned, Verdict) {
         *range = [range[0] - by, range[1] + by];
     }
     let corner = |side: usize| bounds.map(|r| r[side]);
-    let judged = format!("[part.judged]\nmin_mm = {:?}\nmax_mm = {:?}\n", corner(0), corner(1));
+    let judged = format!("[part.judged_box]\nmin_mm = {:?}\nmax_mm = {:?}\n", corner(0), corner(1));
     fs::write(&path, scene(job, &judged)).expect("written");
     (made, proved(folder))
 }

@@ -148,7 +148,7 @@ fn smaller(from: &Path, to: &Path) {
                     // The first turns of the blade; the program ends on it.
                     ("min_mm = [13.5, -200, -200]", "min_mm = [12.6, -200, -200]"),
                     ("max_mm = [16.5, 200, 200]", "max_mm = [12.9, 200, 200]"),
-                    ("shown_s = [22, 34]", "shown_s = [2, 8]"),
+                    ("plot_window_s = [22, 34]", "plot_window_s = [2, 8]"),
                     ("size_mm = [3, 2.4]", "size_mm = [0.6, 0.6]"),
                     ("chord_error_mm = 0.001\nroot", "chord_error_mm = 0.02\nroot"),
                     // A few lines of the blade between platforms.

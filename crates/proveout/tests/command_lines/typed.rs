@@ -7,7 +7,7 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("run", "", "SCENE", "part"),
     ("run", "--program", "NAME", "main"),
     ("run", "--nc", "FILE", "stand-in.mpf"),
-    ("run", "--free-axes", "PLACES", "5"),
+    ("run", "--orientation-maps", "PLACES", "5"),
     ("compare", "", "SCENE", "part"),
     ("compare", "--baseline", "NAME", "other"),
     ("check", "", "PATH...", "part"),

@@ -176,7 +176,7 @@ fn remedy(code: &str) -> &'static str {
             "Cut less deep in one pass, use a tool with longer flutes or relieved neck, or tilt the tool away from the wall."
         }
         "collision-holder-stock" => {
-            "Run again with --overhang: it finds the least length that clears, where one does. Or cut less deep, or tilt the tool away from the wall."
+            "Run again with --find-stickout: it finds the least length that clears, where one does. Or cut less deep, or tilt the tool away from the wall."
         }
         "collision-bodies" => {
             "Change the depth or the way of this block at the place named here, or the fixture there; where the finding names the mounting, that too."

@@ -150,8 +150,8 @@ impl Engine<'_> {
             Some(wording::chosen_of_tool(&self.prepared.tools, index, part))
         });
         let mut all: String = of_tool.collect();
-        if self.prepared.mount_chosen && !self.is_of_program(&hit.bodies) {
-            all += wording::CHOSEN_MOUNT;
+        if self.prepared.mount_assumed && !self.is_of_program(&hit.bodies) {
+            all += wording::ASSUMED_MOUNT;
         }
         all
     }
@@ -198,8 +198,8 @@ impl Engine<'_> {
         }
         for standing in self.stock_bodies.take_at_rest() {
             let mut told = wording::at_rest(&standing);
-            if self.prepared.mount_chosen && !self.is_fixed_to_work(&standing.body) {
-                told.message += wording::CHOSEN_MOUNT;
+            if self.prepared.mount_assumed && !self.is_fixed_to_work(&standing.body) {
+                told.message += wording::ASSUMED_MOUNT;
             }
             self.log.push(told);
         }
