@@ -344,6 +344,22 @@ fn a_joint_limit_above_that_of_the_machine() {
     small.refused(&["scene.toml", "control.joint_limits.X", "above the machine's limit", "help: "]);
 }
 
+#[test]
+fn an_old_key_is_refused_with_its_new_name() {
+    let small = Small::new();
+    let scene = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
+    let mount = scene.replace("[mount]\n", "[mount]\nchosen = true\n");
+    assert_ne!(mount, scene);
+    for (text, old, new) in [
+        (scene.clone() + "\n[limits]\nblocks = 9\n", "`limits`", "`run_limits`"),
+        (scene.clone() + "\n[surface]\nphases = 2\n", "`surface.phases`", "`random_phases`"),
+        (mount, "`mount.chosen`", "`assumed`"),
+    ] {
+        small.write("scene.toml", &text);
+        small.refused(&["scene.toml:", old, "is not a known key", new, "proveout migrate"]);
+    }
+}
+
 /// Every fault of a key of a scene stands at that key, also where its word stands in a comment before, in a
 /// name, or in another table.
 #[test]

@@ -15,6 +15,8 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("check", "", "NAME", "starrag-lx-451"),
     ("check", "", "MACHINE", "machines/three-axis-mill"),
     ("check", "--picture", "FILE", "machine.png"),
+    ("migrate", "", "FILE...", "shop.toml"),
+    ("migrate", "", "SCENE", "before"),
     ("job", "", "JOB", "tests/job"),
     ("sweep", "", "SWEEP", "tests/sweep"),
     ("completions", "", "SHELL", "zsh"),

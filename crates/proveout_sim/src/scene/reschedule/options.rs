@@ -1,5 +1,7 @@
 //! The options of methods: one list with key, value as text, and how a text is taken; which method reads which.
 
+use proveout_input::renamed_key;
+
 use super::MethodFile::{MinAngularAcceleration, MultiScale, Quaternion, STheta, Singularity, Smooth};
 use super::{
     ChannelFile, CriterionFile, EndsFile, InsetFile, InsetWordFile, JunctionFile, KeyAxesFile, MethodFile,
@@ -131,8 +133,12 @@ impl RescheduleFile {
             Some(option) => (option.set)(self, value),
             None => {
                 let method = name_of(&MethodFile::NAMES, self.method);
-                let read = Self::options_of(self.method).join(", ");
-                Err((format!("{method} has no option {key:?}"), format!("options of {method}: {read}")))
+                let read = Self::options_of(self.method);
+                let help = match renamed_key(key, &read) {
+                    Some(new) => format!("its name is {new} now"),
+                    None => format!("options of {method}: {}", read.join(", ")),
+                };
+                Err((format!("{method} has no option {key:?}"), help))
             }
         }
     }
