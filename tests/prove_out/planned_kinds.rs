@@ -142,7 +142,7 @@ fn a_ruled_side_is_cut_by_the_flank() {
         strategy: "flank",
         tool: "BALL_D16",
         axis: "{ rule = \"ruling\" }",
-        keys: "rulings = \"along\"\nacross = [0.65, 0.85]\nalong = [0.2, 0.95]\nbelow_mm = 1\nflank_error_mm = 0.001",
+        keys: "rulings = \"along\"\nacross = [0.65, 0.85]\nalong = [0.2, 0.95]\nbeyond_end_mm = 1\nflank_error_mm = 0.001",
         ends: 1,
     };
     let folder = tempfile::tempdir().expect("a folder");

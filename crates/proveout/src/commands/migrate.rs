@@ -115,6 +115,26 @@ mod tests {
     }
 
     #[test]
+    fn the_files_of_the_repository_have_no_old_key() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let mut open: Vec<PathBuf> = ["scenes", "machines", "tools", "controls", "tests"].map(|n| root.join(n)).into();
+        let mut read = 0;
+        while let Some(at) = open.pop() {
+            for path in fs::read_dir(&at).expect("a folder").map(|e| e.expect("an entry").path()) {
+                if path.is_dir() {
+                    open.push(path);
+                } else if path.extension().is_some_and(|e| e == "toml")
+                    && let Ok(done) = migrate(&path, &fs::read_to_string(&path).expect("text"))
+                {
+                    read += 1;
+                    assert!(done.changes.is_empty(), "{}: {:?}", path.display(), done.changes);
+                }
+            }
+        }
+        assert!(read > 60, "{read}");
+    }
+
+    #[test]
     fn one_file_that_cannot_be_read_keeps_all_as_they_are() {
         let folder = tempfile::tempdir().expect("temporary folder");
         let [scene, other] = ["scene.toml", "other.toml"].map(|name| folder.path().join(name));
