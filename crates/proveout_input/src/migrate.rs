@@ -66,8 +66,8 @@ pub fn migrate(file: &Path, text: &str) -> Result<Migration, InputError> {
         let message = format!("the text is not TOML: {}", e.message().lines().next().unwrap_or_default());
         InputError::file(file, message, "name a file in TOML").with_span(text, &e.span().unwrap_or(0..0))
     })?;
-    let keys = tree.get_ref().keys().map(|key| &**key.get_ref());
-    let kind = InputFileKind::of_keys(keys).ok_or_else(|| {
+    let keys: Vec<&str> = tree.get_ref().keys().map(|key| &**key.get_ref()).collect();
+    let kind = InputFileKind::of_keys(&keys).ok_or_else(|| {
         let message = "is no scene, machine, tool library, control file, job or sweep";
         InputError::file(file, message, "name one of these files")
     })?;

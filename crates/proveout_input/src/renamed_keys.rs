@@ -31,8 +31,8 @@ impl InputFileKind {
     }
 
     /// The kind of a file with these keys at its top; none where they are those of no such file.
-    pub(crate) fn of_keys<'a>(keys: impl Iterator<Item = &'a str> + Clone) -> Option<Self> {
-        let has = |word: &str| keys.clone().any(|key| key == word);
+    pub(crate) fn of_keys(keys: &[&str]) -> Option<Self> {
+        let has = |word: &str| keys.contains(&word);
         let any = |words: &[&str]| words.iter().any(|word| has(word));
         if any(&["stock", "resolution_mm", "mount", "fixture", "work_offsets"]) || has("machine") && has("tools") {
             Some(Self::Scene)
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn a_file_is_of_the_kind_that_its_keys_say() {
-        let of = |keys: &[&str]| InputFileKind::of_keys(keys.iter().copied());
+        let of = InputFileKind::of_keys;
         assert_eq!(of(&["name", "stock", "limits"]), Some(InputFileKind::Scene));
         assert_eq!(of(&["machine", "tools"]), Some(InputFileKind::Scene));
         assert_eq!(of(&["name", "joint", "control"]), Some(InputFileKind::Machine));

@@ -23,7 +23,7 @@ fn head(kind: InputFileKind) -> &'static str {
 #[test]
 fn every_key_is_renamed_in_all_forms_and_only_once() {
     for rename in &RENAMED {
-        let name = |table: &&str| if *table == ANY { "flank" } else { *table };
+        let name = |table: &&'static str| if *table == ANY { "flank" } else { *table };
         let tables: Vec<&str> = rename.tables.iter().map(name).collect();
         let path = tables.join(".");
         let inline =
