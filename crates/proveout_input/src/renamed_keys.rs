@@ -1,4 +1,4 @@
-//! Keys that had another name before: one table, read by the errors of old keys and by [`crate::migrate`].
+//! Keys that had another name before: one table, read by the errors of old keys and by [`crate::migrate()`].
 
 /// The kind of an input file in TOML.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
