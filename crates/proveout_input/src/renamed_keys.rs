@@ -74,12 +74,13 @@ const fn renamed(
 }
 
 /// All keys with a new name.
-pub(crate) const RENAMED: [RenamedKey; 13] = {
+pub(crate) const RENAMED: [RenamedKey; 14] = {
     use InputFileKind::{Scene, Tools};
     [
         renamed(Scene, &[], "limits", "run_limits"),
         renamed(Scene, &["mount"], "chosen", "assumed"),
         renamed(Scene, &["program", "mount"], "chosen", "assumed"),
+        renamed(Scene, &["stock", "place"], "chosen", "assumed"),
         renamed(Scene, &["part"], "judged", "judged_box"),
         renamed(Scene, &["surface"], "phases", "random_phases"),
         renamed(Scene, &["compare"], "run_ends_s", "trimmed_ends_s"),
