@@ -31,7 +31,7 @@ def main() -> None:
     scene = pv.Scene.load(ROOT / "scenes" / "cone-frustum")
     with tempfile.TemporaryDirectory() as folder:
         try:
-            run = scene.run("bc", resolution_mm=2.0, threads=1, out=pathlib.Path(folder) / "run", progress=True)
+            run = scene.run("bc", resolution_mm=2.0, threads=1, output=pathlib.Path(folder) / "run", progress=True)
         except pv.InputError as error:
             print(error.place, error.message, error.remedy)
             return

@@ -1,6 +1,6 @@
 #!/bin/sh
 # A sweep as an array of a Slurm cluster, a hundred jobs a task:
-#   proveout sweep plan tests/sweep --out out/slot
+#   proveout sweep plan tests/sweep --output out/slot
 #   sbatch --array=1-8 examples/sweep/slurm.sh out/slot 8
 # then, when all have ended: proveout sweep merge out/slot
 # Tasks that were preempted are sent again with the same call: jobs that have a result are not run again.

@@ -20,7 +20,7 @@ def measured(scene: pv.Scene, folder: pathlib.Path, count: int, resolution_mm: f
     """Wall time of so many runs side by side, s, and cores that they used."""
 
     def run(number: int) -> None:
-        scene.run("bc", resolution_mm=resolution_mm, threads=1, out=folder / str(number), keep_surface=False)
+        scene.run("bc", resolution_mm=resolution_mm, threads=1, output=folder / str(number), keep_surface=False)
 
     threads = [threading.Thread(target=run, args=(number,)) for number in range(count)]
     began, before = time.perf_counter(), time.process_time()

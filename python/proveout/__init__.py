@@ -18,7 +18,7 @@ A run writes the same run folder as the command line and gives access to its con
 >>> scene.programs
 ('bc', 'bc-ideal', 'ac', 'ac-ideal')
 >>> folder = tempfile.TemporaryDirectory()
->>> run = scene.run("bc", resolution_mm=2, out=f"{folder.name}/run")
+>>> run = scene.run("bc", resolution_mm=2, output=f"{folder.name}/run")
 >>> run.gates["collision"].state
 <State.PASS: 'pass'>
 >>> run.deviation.gouge_max_mm < 0.01

@@ -84,7 +84,7 @@ def run(
     threads: int | None,
     dynamics: str | None,
     plant: str | None,
-    out: _StrPath | None,
+    output: _StrPath | None,
     preview: bool,
     stop_at: str | None,
     set: Sequence[str],
@@ -99,7 +99,7 @@ def compare(
     resolution_mm: float | None,
     threads: int | None,
     dynamics: str | None,
-    out: _StrPath | None,
+    output: _StrPath | None,
     rerun: bool,
     progress: _Progress | None,
 ) -> pathlib.Path: ...

@@ -79,7 +79,7 @@ class Scene:
         threads: int | None = None,
         dynamics: Dynamics | None = None,
         plant: Literal["newton-euler", "rapier"] | None = None,
-        out: StrPath | None = None,
+        output: StrPath | None = None,
         preview: bool = False,
         stop_at: str | None = None,
         set: Mapping[str, Value] | None = None,
@@ -96,7 +96,7 @@ class Scene:
             threads: worker threads; default: one per processor. The verdict does not depend on their number.
             dynamics: motion model that cuts the stock; default: that of the scene.
             plant: mechanical model driven by the drive forces, with ``dynamics="servo"``.
-            out: run folder; default: ``out/SCENE-PROGRAM``. An older run there is replaced once the new one is
+            output: run folder; default: ``out/SCENE-PROGRAM``. An older run there is replaced once the new one is
                 complete.
             preview: quick run with coarse cells. Its findings are real; their absence proves nothing.
             stop_at: stops the run early: ``any`` (first finding that fails a gate), a finding code, a line (``120``),
@@ -123,7 +123,7 @@ class Scene:
             threads=threads,
             dynamics=dynamics,
             plant=plant,
-            out=out,
+            output=output,
             preview=preview,
             stop_at=stop_at,
             set=plain,
@@ -144,7 +144,7 @@ class Scene:
         resolution_mm: float | None = None,
         threads: int | None = None,
         dynamics: Dynamics | None = None,
-        out: StrPath | None = None,
+        output: StrPath | None = None,
         set: Mapping[str, Value] | None = None,
         rerun: bool = False,
         progress: bool | Progress = False,
@@ -154,7 +154,7 @@ class Scene:
         Args:
             programs: names in the scene; default: all. A program derived from another one includes that one.
             baseline: program to compare the others with; default: that of the scene.
-            out: folder; default: ``out/SCENE-compare``.
+            output: folder; default: ``out/SCENE-compare``.
 
         The other arguments and the errors are those of ``run``.
         """
@@ -166,7 +166,7 @@ class Scene:
             resolution_mm=resolution_mm,
             threads=threads,
             dynamics=dynamics,
-            out=out,
+            output=output,
             rerun=rerun,
             progress=printer(progress),
         )

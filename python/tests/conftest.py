@@ -55,7 +55,7 @@ def cone(scenes):
 
 @pytest.fixture(scope="session")
 def cone_run(cone, tmp_path_factory):
-    return cone.run("bc", resolution_mm=COARSE_MM, threads=1, out=tmp_path_factory.mktemp("cone") / "run")
+    return cone.run("bc", resolution_mm=COARSE_MM, threads=1, output=tmp_path_factory.mktemp("cone") / "run")
 
 
 @pytest.fixture(scope="session")
@@ -63,4 +63,4 @@ def face_run(scenes, tmp_path_factory):
     """A run with roughness maps."""
     scene = pv.Scene.load(scenes / "face-mill-marks")
     coarse = {"surface.step_um": 100}
-    return scene.run(resolution_mm=1, set=coarse, out=tmp_path_factory.mktemp("face") / "run")
+    return scene.run(resolution_mm=1, set=coarse, output=tmp_path_factory.mktemp("face") / "run")

@@ -31,7 +31,7 @@ def planned(tmp_path, root, program):
         source = tmp_path / "source"
         source.mkdir(exist_ok=True)
         (source / "sweep.toml").write_text(SWEEP.format(scene=root / "tests" / "job" / "op10"))
-        program("sweep", "plan", source, "--out", tmp_path / name, code=0)
+        program("sweep", "plan", source, "--output", tmp_path / name, code=0)
         return tmp_path / name
 
     return plan
@@ -72,7 +72,7 @@ def test_a_run_in_shards_is_that_of_one_process(tmp_path, root, program):
     for shards in (1, 3):
         (tmp_path / "sweep.toml").write_text(f'name = "split"\nscene = "{root}/tests/job/op10"\nshards = {shards}\n')
         folders[shards] = tmp_path / f"out{shards}"
-        program("sweep", "plan", tmp_path, "--out", folders[shards], code=0)
+        program("sweep", "plan", tmp_path, "--output", folders[shards], code=0)
         assert run(folders[shards], 2).failed == {}
     names = sorted(path.name for path in (folders[1] / "run").iterdir())
     assert "verdict.json" in names

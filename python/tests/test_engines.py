@@ -23,7 +23,7 @@ def test_the_shell_reads_the_slurm_script(root):
 
 
 def test_the_slurm_script_runs_its_part(root, tmp_path, program):
-    program("sweep", "plan", root / "tests" / "sweep", "--out", tmp_path / "out", code=0)
+    program("sweep", "plan", root / "tests" / "sweep", "--output", tmp_path / "out", code=0)
     path = f"{pathlib.Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = {**os.environ, "PATH": path, "SLURM_ARRAY_TASK_ID": "2", "SLURM_CPUS_PER_TASK": "1"}
     script = root / "examples" / "sweep" / "slurm.sh"
@@ -49,7 +49,7 @@ def test_snakemake_runs_what_is_missing(root, tmp_path, program):
     snakemake = shutil.which("snakemake", path=f"{folder}{os.pathsep}{os.environ['PATH']}")
     if snakemake is None:
         pytest.skip("snakemake is not installed")
-    program("sweep", "plan", root / "tests" / "sweep", "--out", tmp_path / "out", code=0)
+    program("sweep", "plan", root / "tests" / "sweep", "--output", tmp_path / "out", code=0)
     call = [snakemake, "--snakefile", root / "examples" / "sweep" / "Snakefile", "--config", f"sweep={tmp_path / 'out'}", "--cores", "1"]
     environment = {**os.environ, "PATH": f"{folder}{os.pathsep}{os.environ['PATH']}"}
     subprocess.run(call, check=True, cwd=tmp_path, capture_output=True, env=environment)

@@ -37,7 +37,7 @@ def test_faults_of_programs_are_told_with_their_line(cone, tmp_path):
     file = tmp_path / "wrong.mpf"
     file.write_text("G90 G0 X0 Y0 Z100\nG1 X10 FRED=3\nM30\n")
     with pytest.raises(pv.ProgramError) as raised:
-        cone.run(nc=file, resolution_mm=4, out=tmp_path / "run")
+        cone.run(nc=file, resolution_mm=4, output=tmp_path / "run")
     assert raised.value.line == 2
     assert not (tmp_path / "run").exists()
 
@@ -70,14 +70,14 @@ def test_faults_of_programs_are_told_with_their_line(cone, tmp_path):
 )
 def test_wrong_arguments_are_refused(cone, tmp_path, words, message):
     with pytest.raises(pv.ProveoutError, match=message):
-        cone.run(**{"program": "bc", "out": tmp_path / "run"} | words)
+        cone.run(**{"program": "bc", "output": tmp_path / "run"} | words)
     assert not (tmp_path / "run").exists()
 
 
 def test_arguments_of_another_type_are_refused(cone, tmp_path):
-    for words in ({"resolution_mm": "1"}, {"threads": 1.5}, {"program": 3}, {"out": 5}):
+    for words in ({"resolution_mm": "1"}, {"threads": 1.5}, {"program": 3}, {"output": 5}):
         with pytest.raises(TypeError):
-            cone.run(**{"out": tmp_path / "run"} | words)
+            cone.run(**{"output": tmp_path / "run"} | words)
 
 
 def test_folders_of_others_stay(cone, tmp_path):
@@ -85,7 +85,7 @@ def test_folders_of_others_stay(cone, tmp_path):
     place.mkdir()
     (place / "letter.txt").write_text("mine")
     with pytest.raises(pv.FolderError) as raised:
-        cone.run("bc", resolution_mm=4, out=place)
+        cone.run("bc", resolution_mm=4, output=place)
     assert isinstance(raised.value, OSError)
     assert (place / "letter.txt").read_text() == "mine"
 
@@ -106,7 +106,7 @@ import proveout as pv
 
 scene = pv.Scene.load(sys.argv[1])
 try:
-    scene.run("bc", resolution_mm=0.3, threads=1, out=sys.argv[2], progress=lambda *_: print("told", flush=True))
+    scene.run("bc", resolution_mm=0.3, threads=1, output=sys.argv[2], progress=lambda *_: print("told", flush=True))
 except KeyboardInterrupt:
     print("interrupted", flush=True)
     raise SystemExit(7)
@@ -133,7 +133,7 @@ def test_ctrl_c_ends_a_run_and_leaves_nothing(cone, tmp_path):
 def test_the_program_of_the_wheel(program, scenes, tmp_path):
     assert program("--version", code=0).stdout.strip() == f"proveout {pv.__version__}"
     assert program("run", scenes / "nothing", code=2).stderr.startswith("error:")
-    done = program("run", scenes / "cone-frustum", "--resolution-mm", 4, "--out", tmp_path / "run")
+    done = program("run", scenes / "cone-frustum", "--resolution-mm", 4, "--output", tmp_path / "run")
     assert done.returncode in (0, 1, 3)
     assert f"{tmp_path / 'run'}" in done.stdout
     command = (tmp_path / "run" / "run.json").read_text()

@@ -34,7 +34,7 @@ def test_a_new_schedule_is_that_of_the_command_line(scenes, program, tmp_path):
     for run in made.runs:
         assert run.bound_s <= run.time_s
     with pytest.raises(pv.InputError, match="no option"):
-        pv.reschedule(scene, "original", method="quaternion", options={"cap_deg": 9})
+        pv.reschedule(scene, "original", method="quaternion", options={"max_key_lean_deg": 9})
     with pytest.raises(pv.InputError, match="unknown method") as refused:
         pv.reschedule(scene, "original", method="magic")
     assert "s-theta" in refused.value.remedy
@@ -79,14 +79,14 @@ def test_a_comparison_can_be_ended(scenes, tmp_path):
         raise Enough(text)
 
     with pytest.raises(Enough, match="motions"):
-        scene.compare(resolution_mm=3, out=tmp_path / "ended", progress=enough)
+        scene.compare(resolution_mm=3, output=tmp_path / "ended", progress=enough)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_comparison_is_that_of_the_command_line(scenes, program, tmp_path):
     scene = pv.Scene.load(scenes / "ma-2020-sine")
     names = scene.programs[:2]
-    cmp = scene.compare(names, resolution_mm=3, out=tmp_path / "ours", threads=1)
+    cmp = scene.compare(names, resolution_mm=3, output=tmp_path / "ours", threads=1)
     assert cmp.order[: len(names)] == names
     assert cmp.baseline in names
     other = next(n for n in cmp.order if n != cmp.baseline)
@@ -95,7 +95,7 @@ def test_a_comparison_is_that_of_the_command_line(scenes, program, tmp_path):
     assert gain.stretch_time.percent == pytest.approx(100 * (1 - times[1] / times[0]), abs=1e-6)
     assert cmp.baseline in cmp._repr_html_()
     copy = scene._copy({}, names, tmp_path / "copy")
-    program("compare", copy.path, "--resolution-mm", 3, "--out", tmp_path / "cli")
+    program("compare", copy.path, "--resolution-mm", 3, "--output", tmp_path / "cli")
     assert (tmp_path / "cli" / "compare.json").read_bytes() == (cmp.folder / "compare.json").read_bytes()
     with pytest.raises(pv.InputError, match="no program 'nothing'"):
         cmp.run("nothing")

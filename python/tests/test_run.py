@@ -43,7 +43,7 @@ def test_the_judgment_is_that_of_the_file(cone_run):
 
 
 def test_the_verdict_has_the_bytes_of_the_command_line(cone, cone_run, program, tmp_path):
-    program("run", cone.path, "--program", "bc", "--resolution-mm", COARSE_MM, "--out", tmp_path / "cli")
+    program("run", cone.path, "--program", "bc", "--resolution-mm", COARSE_MM, "--output", tmp_path / "cli")
     names = {p.name for p in (tmp_path / "cli").iterdir()}
     assert {p.name for p in cone_run.folder.iterdir()} == names - {"recording.rrd"}
     for name in names - {"run.json", "manifest.json", "recording.rrd"}:
@@ -56,7 +56,7 @@ def test_two_threads_of_python_run_side_by_side(cone, cone_run, tmp_path):
     runs = {}
 
     def run(name):
-        runs[name] = cone.run("bc", resolution_mm=COARSE_MM, threads=1, out=tmp_path / name)
+        runs[name] = cone.run("bc", resolution_mm=COARSE_MM, threads=1, output=tmp_path / name)
 
     threads = [threading.Thread(target=run, args=(name,)) for name in ("a", "b")]
     for thread in threads:
@@ -74,26 +74,26 @@ def test_one_place_is_not_written_by_two_runs_at_once(cone, tmp_path):
         if not seen:
             seen.append(text)
             with pytest.raises(pv.InputError, match="another run of this process"):
-                cone.run("bc", resolution_mm=COARSE_MM, out=tmp_path / "run")
+                cone.run("bc", resolution_mm=COARSE_MM, output=tmp_path / "run")
 
-    cone.run("bc", resolution_mm=0.7, out=tmp_path / "run", progress=progress)
+    cone.run("bc", resolution_mm=0.7, output=tmp_path / "run", progress=progress)
     assert seen, "the run was over before it told anything"
 
 
 def test_arguments_reach_the_run(cone, cone_run, tmp_path):
-    ideal = cone.run("bc", resolution_mm=4, dynamics="ideal", out=tmp_path / "ideal")
+    ideal = cone.run("bc", resolution_mm=4, dynamics="ideal", output=tmp_path / "ideal")
     assert ideal.removal.cell_mm == 4
     assert ideal.path.max_contour_error_mm < 1e-6 < cone_run.path.max_contour_error_mm
-    stopped = cone.run("bc", resolution_mm=4, stop_at="5s", out=tmp_path / "stopped", keep_surface=False)
+    stopped = cone.run("bc", resolution_mm=4, stop_at="5s", output=tmp_path / "stopped", keep_surface=False)
     assert stopped.verdict != "pass"
     assert stopped.time.total_s < 10
-    preview = cone.run("bc", preview=True, out=tmp_path / "preview")
+    preview = cone.run("bc", preview=True, output=tmp_path / "preview")
     assert preview.document["partial"]["preview"]["cells_mm"] == [2.0, 2.0, 2.0]
 
 
 def test_values_of_the_scene_can_be_set(cone, cone_run, tmp_path):
     limit = {"max_velocity_deg_s": 5, "source": "test"}
-    slow = cone.run("bc", resolution_mm=4, set={"control.joint_limits.C": limit}, out=tmp_path / "a")
+    slow = cone.run("bc", resolution_mm=4, set={"control.joint_limits.C": limit}, output=tmp_path / "a")
     assert slow.time.total_s > cone_run.time.total_s
     assert slow.axes["C"].max_velocity <= 5.01
 
@@ -116,13 +116,13 @@ def test_a_scene_with_other_values_means_the_same_files(cone, root, tmp_path, mo
     assert program["file"] == str(cone.path.parent / "bc.mpf")
     assert program["machine"] == str(root / "machines" / "bc-trunnion")
     assert "near_miss_mm" not in written["tolerances"]
-    run = copy.run("ac", resolution_mm=4, out=tmp_path / "run")
+    run = copy.run("ac", resolution_mm=4, output=tmp_path / "run")
     assert run.document["machine"]["name"] == "BC trunnion"
 
 
 def test_progress_is_told_and_may_end_the_run(cone, tmp_path):
     told = []
-    cone.run("bc", resolution_mm=1, out=tmp_path / "a", progress=lambda share, text: told.append((share, text)))
+    cone.run("bc", resolution_mm=1, output=tmp_path / "a", progress=lambda share, text: told.append((share, text)))
     shares = [share for share, _ in told]
     assert shares == sorted(shares)
     assert shares[-1] == 1
@@ -135,13 +135,13 @@ def test_progress_is_told_and_may_end_the_run(cone, tmp_path):
         raise Enough(text)
 
     with pytest.raises(Enough):
-        cone.run("bc", resolution_mm=0.6, out=tmp_path / "b", progress=enough)
+        cone.run("bc", resolution_mm=0.6, output=tmp_path / "b", progress=enough)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a"]
 
 
 def test_progress_is_printed(cone, tmp_path, capfd):
-    cone.run("bc", resolution_mm=4, out=tmp_path / "a", progress=True)
-    cone.run("bc", resolution_mm=4, out=tmp_path / "b")
+    cone.run("bc", resolution_mm=4, output=tmp_path / "a", progress=True)
+    cone.run("bc", resolution_mm=4, output=tmp_path / "b")
     assert capfd.readouterr().out == ""
 
 

@@ -77,7 +77,7 @@ def test_a_large_table_is_handed_out_without_memory(tmp_path):
 
 
 def test_a_table_outlives_its_run(cone, tmp_path):
-    run = cone.run("bc", resolution_mm=4, out=tmp_path / "run")
+    run = cone.run("bc", resolution_mm=4, output=tmp_path / "run")
     vertices, _ = run.part.mesh()
     time, arrow = run.signals["time_s"], pa.table(run.signals)
     del run

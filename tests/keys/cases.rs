@@ -72,7 +72,7 @@ fn set(whole: &mut Value, path: &str, value: &str, key: &str) {
 pub(crate) const DESCRIBING: &[(&str, &str)] = &[
     ("scene/.description", "words for people; they stand in the comparison's page"),
     ("scene/StockFile.source", "where the numbers of the stock come from, for people"),
-    ("scene/Mount.chosen", "nobody told the place: findings about what stands on the table say so, in words"),
+    ("scene/Mount.assumed", "nobody told the place: findings about what stands on the table say so, in words"),
     ("scene/FixtureFile.source", "where the numbers of the fixture come from, for people"),
     ("scene/JointLimitFile.source", "where the limits come from, for people"),
     ("machine/.name", "the machine's name for people: error texts, recordings and reports carry it"),
@@ -158,7 +158,7 @@ cases! {
     "scene/PartFile.mesh", Part, ["scene", "part.mesh", "\"other.stl\""];
     "scene/PartFile.chord_error_mm", Part, ["scene", "part.chord_error_mm", "0.02"];
     "scene/PartFile.mesh_unit", Part, ["scene", "part.mesh_unit", "\"inch\""];
-    "scene/PartFile.judged", Part, ["scene", "part.judged", ""];
+    "scene/PartFile.judged_box", Part, ["scene", "part.judged_box", ""];
     "scene/PartFile.cone_frustum", Cone, ["scene", "part", ""];
     "scene/PartFile.blade", Blade, ["scene", "part", ""];
     "scene/ConeFrustumFile.apex_mm", Cone, ["scene", "part.cone_frustum.apex_mm", "[0, 0, 30.5]"];
@@ -218,7 +218,7 @@ cases! {
     "scene/FixtureFile.stud_height_mm", Held, ["scene", "fixture.5.stud_height_mm", "8"];
     "scene/ProgramFile.block_skip", Held, ["scene", "program.0.block_skip", "\"on\""];
     "scene/ProgramFile.optional_stop", Held, ["scene", "program.0.optional_stop", "\"on\""];
-    "tools/ToolEntry.gauge_length_is", Mill, ["tools", "tool.0.gauge_length_is", "\"prescribed\""];
+    "tools/ToolEntry.gauge_length_source", Mill, ["tools", "tool.0.gauge_length_source", "\"prescribed\""];
     "scene/FixtureFile.name", Mill, ["scene", "fixture.0.name", "\"jaw\""];
     "scene/FixtureFile.mesh", Part, ["scene", "fixture.2.mesh", "\"jaw2.stl\""];
     "scene/FixtureFile.mesh_unit", Part, ["scene", "fixture.2.mesh_unit", "\"inch\""];
@@ -248,9 +248,9 @@ cases! {
     "scene/JointLimitFile.max_velocity_deg_s", Five, ["scene", "control.joint_limits.C.max_velocity_deg_s", "20"];
     "scene/JointLimitFile.max_acceleration_deg_s2", Five, ["scene", "control.joint_limits.C.max_acceleration_deg_s2", "100"];
     "scene/JointLimitFile.max_jerk_deg_s3", Five, ["scene", "control.joint_limits.C.max_jerk_deg_s3", "900"];
-    "scene/.limits", Mill, ["scene", "limits", "{ simulated_time_s = 2 }"];
-    "scene/RunLimitsFile.simulated_time_s", Mill, ["scene", "limits.simulated_time_s", "1"];
-    "scene/RunLimitsFile.blocks", Mill, ["scene", "limits.blocks", "2"];
+    "scene/.run_limits", Mill, ["scene", "run_limits", "{ simulated_time_s = 2 }"];
+    "scene/RunLimitsFile.simulated_time_s", Mill, ["scene", "run_limits.simulated_time_s", "1"];
+    "scene/RunLimitsFile.blocks", Mill, ["scene", "run_limits.blocks", "2"];
     "scene/Tolerances.gouge_mm", Part, ["scene", "tolerances.gouge_mm", "0.06"];
     "scene/Tolerances.excess_mm", Part, ["scene", "tolerances.excess_mm", "0.06"];
     "scene/Tolerances.near_miss_mm", Mill, ["scene", "tolerances.near_miss_mm", "4"];
@@ -263,7 +263,7 @@ cases! {
     "scene/SurfaceFile.standard", Surface, ["scene", "surface.standard", "\"iso4287\""];
     "scene/SurfaceFile.class", Surface, ["scene", "surface.class", "\"Sc1\""];
     "scene/SurfaceFile.profiles", Surface, ["scene", "surface.profiles", "false"];
-    "scene/SurfaceFile.phases", SurfaceTeeth, ["scene", "surface.phases", "3"];
+    "scene/SurfaceFile.random_phases", SurfaceTeeth, ["scene", "surface.random_phases", "3"];
     "scene/SurfaceFile.seed", SurfaceTeeth, ["scene", "surface.seed", "2"];
     "scene/SurfaceFile.save_nodes", Surface, ["scene", "surface.save_nodes", "false"];
     "scene/SurfaceFile.patch", Surface, ["scene", "surface.patch", "[]"];
@@ -340,13 +340,13 @@ cases! {
     "scene/RescheduleFile.channel", RemadeSmooth, ["scene", "program.2.reschedule.channel", "\"tool\""];
     "scene/RescheduleFile.lean_max_deg", RemadeSmooth, ["scene", "program.2.reschedule.lean_max_deg", "95"];
     "scene/RescheduleFile.monotone", RemadeSmooth, ["scene", "program.2.reschedule.monotone", "false"];
-    "scene/RescheduleFile.time_given_up_percent", RemadeSmooth, ["scene", "program.2.reschedule.time_given_up_percent", "12"];
+    "scene/RescheduleFile.max_time_loss_percent", RemadeSmooth, ["scene", "program.2.reschedule.max_time_loss_percent", "12"];
     "scene/RescheduleFile.turn_max_deg", RemadeSmooth, ["scene", "program.2.reschedule.turn_max_deg", "5"];
     "scene/RescheduleFile.ends", RemadeSmooth, ["scene", "program.2.reschedule.ends", "\"free\""];
     "scene/RescheduleFile.criterion", RemadeKeys, ["scene", "program.2.reschedule.criterion", "\"true-minimum\""];
     "scene/RescheduleFile.key_axes", RemadeKeys, ["scene", "program.2.reschedule.key_axes", "\"search\""];
     "scene/RescheduleFile.keys", RemadeQuaternion, ["scene", "program.2.reschedule.keys", "9"];
-    "scene/RescheduleFile.cap_deg", RemadeKeys, ["scene", "program.2.reschedule.cap_deg", "4"];
+    "scene/RescheduleFile.max_key_lean_deg", RemadeKeys, ["scene", "program.2.reschedule.max_key_lean_deg", "4"];
     "scene/RescheduleFile.window_mm", RemadeKeys, ["scene", "program.2.reschedule.window_mm", "1"];
     "scene/RescheduleFile.strip_min_mm", RemadeStrip, ["scene", "program.2.reschedule.strip_min_mm", "3"];
     "scene/RescheduleFile.strip_max_mm", RemadeStrip, ["scene", "program.2.reschedule.strip_max_mm", "3.1"];
@@ -356,7 +356,7 @@ cases! {
     "scene/RescheduleFile.run_in_mm", RemadeStrip, ["scene", "program.2.reschedule.run_in_mm", "10"];
     "scene/RescheduleFile.margin_deg", RemadeStrip, ["scene", "program.2.reschedule.margin_deg", "0.4"];
     "scene/RescheduleFile.coefficients", RemadeStrip, ["scene", "program.2.reschedule.coefficients", "15"];
-    "scene/RescheduleFile.measured_part", RemadeStrip, ["scene", "program.2.reschedule.measured_part", "0.6"];
+    "scene/RescheduleFile.measured_ratio", RemadeStrip, ["scene", "program.2.reschedule.measured_ratio", "0.6"];
     "scene/RescheduleFile.measured_spread", RemadeStrip, ["scene", "program.2.reschedule.measured_spread", "0.05"];
     "scene/RescheduleFile.cone_deg", RemadePole, ["scene", "program.2.reschedule.cone_deg", "25"];
     "scene/RescheduleFile.rate_deg_mm", RemadePole, ["scene", "program.2.reschedule.rate_deg_mm", "9"];
@@ -380,7 +380,7 @@ cases! {
     "scene/PathFile.tool", Paths, ["scene", "plan.row.tool", "\"nobody\""];
     "scene/PathFile.spindle_rpm", Paths, ["scene", "plan.row.spindle_rpm", "7000"];
     "scene/PathFile.feed_mm_min", Paths, ["scene", "plan.row.feed_mm_min", "900"];
-    "scene/PathFile.timed_by", Paths, ["scene", "plan.row.timed_by", "\"chord\""];
+    "scene/PathFile.feed_reference", Paths, ["scene", "plan.row.feed_reference", "\"chord\""];
     "scene/PathFile.machine", Paths, ["scene", "plan.row.machine", "\"second\""];
     "scene/PathFile.posted", Paths, ["scene", "plan.row.posted", "\"joints\""];
     "scene/PathFile.work_offset", Paths, ["scene", "plan.row.work_offset", "\"G55\""];
@@ -412,7 +412,7 @@ cases! {
     "scene/PathFile.one_way", Paths, ["scene", "plan.transverse.one_way", "false"];
     "scene/PathFile.outwards", Paths, ["scene", "plan.pocket.outwards", "false"];
     "scene/PathFile.rulings", Flank, ["scene", "plan.flank.rulings", "\"across\""];
-    "scene/PathFile.below_mm", Flank, ["scene", "plan.flank.below_mm", "2"];
+    "scene/PathFile.beyond_end_mm", Flank, ["scene", "plan.flank.beyond_end_mm", "2"];
     "scene/PathFile.flank_error_mm", Flank, ["scene", "plan.flank.flank_error_mm", "1e-7"];
     "scene/GivenAxisFile.part", Paths, ["scene", "plan.row.axis.axes.0.part", "0.2"];
     "scene/GivenAxisFile.direction", Paths, ["scene", "plan.row.axis.axes.0.direction", "[0.15, -0.9, -0.4]"];
@@ -432,8 +432,8 @@ cases! {
     "scene/HelixFile.tolerance_mm", Plan, ["scene", "plan.helix.tolerance_mm", "0.02"];
     "scene/CompareFile.baseline", Compare, ["scene", "compare.baseline", "\"other\""];
     "scene/CompareFile.experiment", Compare, ["scene", "compare.experiment", "\"other words\""];
-    "scene/CompareFile.run_ends_s", Compare, ["scene", "compare.run_ends_s", "0.3"];
-    "scene/CompareFile.shown_s", Compare, ["scene", "compare.shown_s", "[0.35, 0.5]"];
+    "scene/CompareFile.trimmed_ends_s", Compare, ["scene", "compare.trimmed_ends_s", "0.3"];
+    "scene/CompareFile.plot_window_s", Compare, ["scene", "compare.plot_window_s", "[0.35, 0.5]"];
     "scene/CompareFile.must_pass", Compare, ["scene", "compare.must_pass", "[\"main\"]"];
     "scene/CompareFile.motion_only", Compare, ["scene", "compare.motion_only", "true"];
     "scene/CompareFile.null_program", Compare, ["scene", "compare.null_program", "\"main\""];

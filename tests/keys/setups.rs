@@ -408,7 +408,7 @@ impl Setup {
                     .replace("chord_error_mm = 0.0001", "chord_error_mm = 0.002")
                     .replace("resolution_mm = 0.2", "resolution_mm = 4");
                 scene += "\n[[program]]\nname = \"main\"\nfile = \"main.mpf\"\n\n[[program]]\nname = \"second\"\nfile = \"main.mpf\"\n\
-                          \n[[program]]\nname = \"made\"\nreschedule = { method = \"multi-scale\", from = \"main\", measured_part = 0.66, measured_spread = 0.12 }\n";
+                          \n[[program]]\nname = \"made\"\nreschedule = { method = \"multi-scale\", from = \"main\", measured_ratio = 0.66, measured_spread = 0.12 }\n";
                 let model = fs::read(root().join("machines/jdgr200t/model.glb")).unwrap_or_default();
                 more.push(("machine/model.glb", model));
             }

@@ -289,7 +289,7 @@ pub(crate) const PART: &str = r#"
 [part]
 mesh = "part.stl"
 chord_error_mm = 0.001
-judged = { min_mm = [-14, -9, -9], max_mm = [14, 9, 5] }
+judged_box = { min_mm = [-14, -9, -9], max_mm = [14, 9, 5] }
 "#;
 
 pub(crate) const CONE: &str = r#"
@@ -329,7 +329,7 @@ max_height_mm = 0.5
 standard = "iso21920"
 class = "Sc2"
 profiles = true
-phases = 2
+random_phases = 2
 seed = 1
 save_nodes = true
 
@@ -466,7 +466,7 @@ chord_error_mm = 0.01
 across = [0.7, 0.8]
 along = [0.55, 0.95]
 rulings = "along"
-below_mm = 1
+beyond_end_mm = 1
 flank_error_mm = 0.01
 "#;
 
@@ -474,8 +474,8 @@ pub(crate) const COMPARE: &str = r#"
 [compare]
 baseline = "main"
 experiment = "words"
-run_ends_s = 0.1
-shown_s = [0.1, 0.3]
+trimmed_ends_s = 0.1
+plot_window_s = [0.1, 0.3]
 draws = 2
 
 [[compare.choice]]

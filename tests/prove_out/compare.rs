@@ -88,7 +88,7 @@ fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_cou
         // Whole turns lie beside each other between the second and the third.
         text.replace("min_mm = [13.5, -200, -200]", "min_mm = [13.2, -200, -200]")
             .replace("max_mm = [16.5, 200, 200]", "max_mm = [13.6, 200, 200]")
-            .replace("shown_s = [22, 34]", "shown_s = [5, 15]")
+            .replace("plot_window_s = [22, 34]", "plot_window_s = [5, 15]")
     });
     shorter(experiment.path());
     let compared = experiment.compare(None, 2).expect("runs");

@@ -105,7 +105,7 @@ fn planned_in(
     let mut more = String::new();
     let _ = write!(
         more,
-        "[part.judged]\nmin_mm = [{}, {}, {}]\nmax_mm = [{}, {}, {}]\n[[program]]\nname = \"main\"\nfile = \"main.mpf\"\n",
+        "[part.judged_box]\nmin_mm = [{}, {}, {}]\nmax_mm = [{}, {}, {}]\n[[program]]\nname = \"main\"\nfile = \"main.mpf\"\n",
         low[0],
         low[1],
         low[2] - 0.2,

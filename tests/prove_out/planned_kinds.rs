@@ -80,7 +80,7 @@ fn done(folder: &Path, job: &Job) -> (Planned, Verdict) {
         *range = [range[0] - by, range[1] + by];
     }
     let corner = |side: usize| bounds.map(|r| r[side]);
-    let judged = format!("[part.judged]\nmin_mm = {:?}\nmax_mm = {:?}\n", corner(0), corner(1));
+    let judged = format!("[part.judged_box]\nmin_mm = {:?}\nmax_mm = {:?}\n", corner(0), corner(1));
     fs::write(&path, scene(job, &judged)).expect("written");
     (made, proved(folder))
 }
@@ -142,7 +142,7 @@ fn a_ruled_side_is_cut_by_the_flank() {
         strategy: "flank",
         tool: "BALL_D16",
         axis: "{ rule = \"ruling\" }",
-        keys: "rulings = \"along\"\nacross = [0.65, 0.85]\nalong = [0.2, 0.95]\nbelow_mm = 1\nflank_error_mm = 0.001",
+        keys: "rulings = \"along\"\nacross = [0.65, 0.85]\nalong = [0.2, 0.95]\nbeyond_end_mm = 1\nflank_error_mm = 0.001",
         ends: 1,
     };
     let folder = tempfile::tempdir().expect("a folder");

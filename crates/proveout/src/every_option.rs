@@ -13,9 +13,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::{ArgMatches, CommandFactory, error::ErrorKind, parser::ValueSource};
+use clap::{ArgMatches, CommandFactory, Parser, error::ErrorKind, parser::ValueSource};
 
-use crate::args::Cli;
+use crate::args::{Cli, with_new_name};
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
@@ -121,6 +121,40 @@ fn commands_that_pages_mention_are_there() {
             let is = |a: &clap::Arg| a.get_long() == Some(option);
             assert!(command.get_arguments().any(is) || option == "help", "{}: {words:?}", mention.place);
         }
+    }
+}
+
+#[test]
+fn an_old_option_is_refused_with_its_new_name_and_out_is_taken() {
+    let parse = |line: &str| Cli::try_parse_from(line.split(' '));
+    for (line, tip) in [
+        ("proveout run part --free-axes 5", "the name of '--free-axes' is '--orientation-maps' now"),
+        ("proveout run part --free-axes=5", "the name of '--free-axes' is '--orientation-maps' now"),
+        ("proveout run part --overhang", "the name of '--overhang' is '--find-stickout' now"),
+    ] {
+        let error = with_new_name(parse(line).expect_err("an old option"));
+        assert_eq!(error.kind(), ErrorKind::UnknownArgument, "{line}");
+        let text = error.to_string();
+        assert!(text.contains(tip) && text.matches("tip:").count() == 1, "{text}");
+    }
+    let other = with_new_name(parse("proveout run part --overhung").expect_err("no option")).to_string();
+    assert!(!other.contains("now"), "{other}");
+    for line in [
+        "proveout run part --out a",
+        "proveout job part --out a",
+        "proveout compare part --out a",
+        "proveout sweep plan part --out a",
+        "proveout measure part --out a --force",
+    ] {
+        assert!(parse(line).is_ok() && parse(&line.replace("--out", "--output")).is_ok(), "{line}");
+    }
+    let mut help = Vec::new();
+    for (name, mut command) in leaves(&Cli::command()) {
+        help.push((name, command.render_long_help().to_string()));
+    }
+    for (name, text) in help {
+        let shown = text.split(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).any(|word| word == "--out");
+        assert!(!shown, "{name}: {text}");
     }
 }
 

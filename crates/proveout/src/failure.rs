@@ -249,7 +249,7 @@ impl From<&SimError> for Failure {
                 "repair the mesh in the program that made it: a solid must be closed, with face normals outward",
             ),
             SimError::Stock(s) => Self::new(s).with_help("see resolution_mm of the scene, or --resolution-mm"),
-            SimError::Folder(f) => Self::new(f).with_help("name another folder with --out"),
+            SimError::Folder(f) => Self::new(f).with_help("name another folder with --output"),
             other => Self::new(other),
         };
         failure.of_kind(kind)

@@ -35,7 +35,7 @@ use std::{ffi::OsString, sync::OnceLock};
 use clap::Parser;
 use proveout_sim::verdict::State;
 
-use crate::args::{Cli, Command};
+use crate::args::{Cli, Command, with_new_name};
 
 /// The command did its work and the verdict, if there is one, is pass.
 const PASS: u8 = 0;
@@ -69,7 +69,8 @@ fn words() -> Vec<OsString> {
 pub fn call(words: impl IntoIterator<Item = OsString>) -> u8 {
     let words: Vec<OsString> = words.into_iter().collect();
     WORDS.set(words.clone()).ok();
-    let result = match Cli::parse_from(words).command {
+    let cli = Cli::try_parse_from(words).unwrap_or_else(|error| with_new_name(error).exit());
+    let result = match cli.command {
         Command::New(args) => commands::new::new(&args).map(|()| PASS),
         Command::Tools(args) => commands::tools::tools(&args).map(|()| PASS),
         Command::Machine(args) => commands::machine::machine(&args).map(|()| PASS),
@@ -80,6 +81,7 @@ pub fn call(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Verify(args) => commands::verify::verify(&args).map(code),
         Command::Sign(args) => commands::verify::sign(&args).map(|()| PASS),
         Command::Check(args) => commands::check::check(&args).map(|clean| if clean { PASS } else { WRONG }),
+        Command::Migrate(args) => commands::migrate::migrate_files(&args),
         Command::Nc(args) => commands::nc::nc(&args).map(|()| PASS),
         Command::Kinematics(args) => commands::kinematics::kinematics(&args).map(|()| PASS),
         Command::Blade(args) => commands::blade::blade(&args).map(|()| PASS),

@@ -64,7 +64,7 @@ impl Shop {
 
     fn run_with(&self, more: &[&str]) -> (i32, String, Value) {
         let (code, said) =
-            self.call(&[&["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"], more].concat());
+            self.call(&[&["run", ".", "--output", "result", "--rerun", "off", "--threads", "2"], more].concat());
         let text =
             fs::read_to_string(self.0.path().join("result/verdict.json")).unwrap_or_else(|e| panic!("{e}: {said}"));
         (code, said, serde_json::from_str(&text).expect("JSON"))
@@ -165,8 +165,8 @@ fn a_chosen_length_leaves_the_holder_open_and_tells_the_shortest_that_clears() {
     for (more, state) in [
         ("", "pass"),
         (chosen, "unchecked"),
-        (&*format!("gauge_length_is = \"measured\"\n{chosen}"), "pass"),
-        (&*format!("gauge_length_is = \"prescribed\"\n{chosen}"), "pass"),
+        (&*format!("gauge_length_source = \"measured\"\n{chosen}"), "pass"),
+        (&*format!("gauge_length_source = \"prescribed\"\n{chosen}"), "pass"),
     ] {
         let shop = Shop::new(NONE, "", ("main.nc", &deep));
         shop.write("tools.toml", &tool(more));

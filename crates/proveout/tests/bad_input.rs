@@ -57,12 +57,12 @@ impl Small {
     }
 
     fn run(&self) -> Output {
-        proveout(self.path(), &["run", ".", "--out", "result", "--rerun", "off"])
+        proveout(self.path(), &["run", ".", "--output", "result", "--rerun", "off"])
     }
 
     /// Runs and asserts that the error tells all of `words`, and that nothing but the input is left.
     fn refused(&self, words: &[&str]) {
-        self.refuses(&["run", ".", "--out", "result", "--rerun", "off"], words);
+        self.refuses(&["run", ".", "--output", "result", "--rerun", "off"], words);
     }
 
     /// The same for another call.
@@ -189,22 +189,22 @@ fn a_folder_with_other_things_is_not_written_over() {
     let small = Small::new();
     fs::create_dir(small.path().join("result")).expect("made");
     small.write("result/thesis.txt", "work of years");
-    small.refused(&["result", "it is not overwritten", "--out"]);
+    small.refused(&["result", "it is not overwritten", "--output"]);
     assert_eq!(fs::read_to_string(small.path().join("result/thesis.txt")).expect("still there"), "work of years");
 }
 
 #[test]
 fn a_comparison_that_cannot_be_made() {
     let small = Small::new();
-    let compare = ["compare", ".", "--out", "result"];
+    let compare = ["compare", ".", "--output", "result"];
     small.refuses(&compare, &["scene.toml", "1 program", "nothing to compare", "[[program]]"]);
     let one = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
     small.write("scene.toml", &format!("{one}\n[[program]]\nname = \"other\"\nfile = \"other.mpf\"\n"));
     small.refuses(&compare, &["other.mpf", "cannot be read"]);
     small.write("other.mpf", &PROGRAM.replace("F500", "F1000"));
-    small.refuses(&["compare", ".", "--baseline", "third", "--out", "result"], &["third", "main, other"]);
+    small.refuses(&["compare", ".", "--baseline", "third", "--output", "result"], &["third", "main, other"]);
     small.write("other.mpf", &PROGRAM.replace("G1 Z10", "G1 Z10 FROB=3"));
-    small.refuses(&["compare", ".", "--baseline", "other", "--out", "result"], &["other.mpf:5", "FROB"]);
+    small.refuses(&["compare", ".", "--baseline", "other", "--output", "result"], &["other.mpf:5", "FROB"]);
     let two = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
     small.write(
         "scene.toml",
@@ -222,7 +222,7 @@ fn a_comparison_writes_its_folder_and_replaces_an_older_one() {
     small.write("scene.toml", &format!("{one}\n[[program]]\nname = \"other\"\nfile = \"other.mpf\"\n{criterion}"));
     small.write("other.mpf", &PROGRAM.replace("F500", "F1000"));
     for _ in 0..2 {
-        let output = proveout(small.path(), &["compare", ".", "--out", "result"]);
+        let output = proveout(small.path(), &["compare", ".", "--output", "result"]);
         let printed = String::from_utf8_lossy(&output.stderr).into_owned();
         // Surface texture is not evaluated: the verdicts are unchecked, and so is the comparison.
         assert_eq!(output.status.code(), Some(3), "{printed}");
@@ -344,6 +344,22 @@ fn a_joint_limit_above_that_of_the_machine() {
     small.refused(&["scene.toml", "control.joint_limits.X", "above the machine's limit", "help: "]);
 }
 
+#[test]
+fn an_old_key_is_refused_with_its_new_name() {
+    let small = Small::new();
+    let scene = fs::read_to_string(small.path().join("scene.toml")).expect("readable");
+    let mount = scene.replace("[mount]\n", "[mount]\nchosen = true\n");
+    assert_ne!(mount, scene);
+    for (text, old, new) in [
+        (scene.clone() + "\n[limits]\nblocks = 9\n", "`limits`", "`run_limits`"),
+        (scene.clone() + "\n[surface]\nphases = 2\n", "`surface.phases`", "`random_phases`"),
+        (mount, "`mount.chosen`", "`assumed`"),
+    ] {
+        small.write("scene.toml", &text);
+        small.refused(&["scene.toml:", old, "is not a known key", new, "proveout migrate"]);
+    }
+}
+
 /// Every fault of a key of a scene stands at that key, also where its word stands in a comment before, in a
 /// name, or in another table.
 #[test]
@@ -354,12 +370,12 @@ fn a_fault_of_a_key_has_its_line_and_column() {
         ("[tolerances]\ngouge_mm = -0.1\n", "gouge_mm = -0.1", "-0.1"),
         ("[tolerances]\ncontact_mm = 5000\n", "contact_mm = 5000", "5000"),
         ("[tolerances]\nra_um = 0\n", "ra_um = 0", "0"),
-        ("[limits]\nblocks = 0\n", "blocks = 0", "0"),
-        ("[limits]\nsimulated_time_s = 0.5\n", "simulated_time_s = 0.5", "0.5"),
+        ("[run_limits]\nblocks = 0\n", "blocks = 0", "0"),
+        ("[run_limits]\nsimulated_time_s = 0.5\n", "simulated_time_s = 0.5", "0.5"),
         ("[start]\ntool = 99\n", "tool = 99", "99"),
         ("[control.joint_limits.Q]\nsource = \"s\"\nmax_velocity_deg_s = 1\n", "[control.joint_limits.Q]", "Q"),
         ("[control.joint_limits.X]\nsource = \"s\"\nmax_velocity_deg_s = 1\n", "max_velocity_deg_s = 1", "1"),
-        ("[surface]\nsize_mm = [4, 3]\nstep_um = 20\nphases = 0\n", "phases = 0", "0"),
+        ("[surface]\nsize_mm = [4, 3]\nstep_um = 20\nrandom_phases = 0\n", "random_phases = 0", "0"),
         ("[part]\nsections = \"s.csv\"\nmesh = \"p.stl\"\n", "sections = \"s.csv\"", "\"s.csv\""),
         ("[[program]]\nname = \"main\"\nfile = \"program.mpf\"\n", "name = \"main\"", "\"main\""),
         (

@@ -26,7 +26,7 @@ fn verdict() -> (Value, String) {
     fs::write(folder.path().join("original.mpf"), text).expect("written");
     let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
         .current_dir(folder.path())
-        .args(["run", ".", "--program", "original", "--out", "run"])
+        .args(["run", ".", "--program", "original", "--output", "run"])
         .output()
         .expect("the program starts");
     let text = fs::read_to_string(folder.path().join("run/verdict.json"));

@@ -113,7 +113,7 @@ fn a_part_of_another_kind_is_cut_and_judged() {
             program += "G0 Z60.\nM5\nM30\n%\n";
             fs::write(folder.join("main.nc"), program).expect("written");
             let out = if height > 0.0 { "above" } else { "below" };
-            let output = proveout(folder, &["run", ".", "--out", out]);
+            let output = proveout(folder, &["run", ".", "--output", out]);
             let verdict = fs::read_to_string(folder.join(out).join("verdict.json"));
             let verdict = verdict.unwrap_or_else(|e| panic!("{kind} {e}: {}", String::from_utf8_lossy(&output.stderr)));
             let verdict: Value = serde_json::from_str(&verdict).expect("the verdict");

@@ -115,7 +115,7 @@ fn a_given_program_is_read_in_its_own_language() {
     let folder = tempfile::tempdir().expect("temporary folder");
     scene(&folder, "control = { file = \"siemens-840d-sl\" }");
     write(&folder, "iso.nc", ISO);
-    let run = call(&folder, &["run", ".", "--nc", "iso.nc", "--out", "result", "--rerun", "off"]);
+    let run = call(&folder, &["run", ".", "--nc", "iso.nc", "--output", "result", "--rerun", "off"]);
     assert_ne!(run.status.code(), Some(2), "{}", printed(&run));
     let says = "is written in iso: the control \"Siemens 840D sl\", which is for siemens-840d, is not applied";
     assert!(printed(&run).contains(says), "{}", printed(&run));
@@ -172,7 +172,7 @@ fn a_subprogram_that_is_left_out_makes_the_gates_unchecked() {
     let program =
         "G17 G54 G90 G94 G710 G60\nT=\"SCHAFT_D6_N_AP15\"\nM6\nS3000 M3\nD1\nL900\nG0 X-30 Y0 Z5\nX30\nM5\nM30\n";
     write(&folder, "main.mpf", program);
-    let run = call(&folder, &["run", ".", "--out", "result", "--rerun", "off"]);
+    let run = call(&folder, &["run", ".", "--output", "result", "--rerun", "off"]);
     assert!(matches!(run.status.code(), Some(1 | 3)), "{}", printed(&run));
     let verdict = fs::read_to_string(folder.path().join("result/verdict.json")).expect("written");
     let verdict: Value = serde_json::from_str(&verdict).expect("JSON");

@@ -1,4 +1,4 @@
-//! `run --free-axes` as a person types it: a ball end mill on a flat face beside a wall. The wall stands
+//! `run --orientation-maps` as a person types it: a ball end mill on a flat face beside a wall. The wall stands
 //! parallel to the way at a distance that lets the shank lean against it by an angle in closed form.
 
 use std::{
@@ -59,7 +59,7 @@ fn run(folder: &Path, tool: &str, options: &[&str]) -> (i32, String) {
     }
     let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
         .current_dir(folder)
-        .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"])
+        .args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "2"])
         .args(options)
         .output()
         .expect("the program starts");
@@ -86,7 +86,7 @@ fn axes(folder: &Path) -> Value {
 #[test]
 fn an_axis_beside_a_wall_has_the_room_of_the_closed_form() {
     let folder = tempfile::tempdir().expect("a folder");
-    let (_, said) = run(folder.path(), &ball(), &["--free-axes", "7"]);
+    let (_, said) = run(folder.path(), &ball(), &["--orientation-maps", "7"]);
     let found = axes(folder.path());
     let places = found["places"].as_array().unwrap_or_else(|| panic!("{said}"));
     assert_eq!(places.len(), 7, "{said}");
@@ -138,7 +138,7 @@ fn what_cannot_be_looked_at_is_named_and_none_is_written_unasked() {
     let folder = tempfile::tempdir().expect("a folder");
     let flat = "[[tool]]\nnumber = 1\nname = \"F8\"\nkind = \"flat\"\ndiameter_mm = 8.0\nflute_length_mm = 10.0\noverall_length_mm = 80.0\n\
                 gauge_length_mm = 80.0\nflutes = 2\n";
-    let (_, said) = run(folder.path(), flat, &["--free-axes", "5"]);
+    let (_, said) = run(folder.path(), flat, &["--orientation-maps", "5"]);
     let found = axes(folder.path());
     assert_eq!(found["places"].as_array().map(Vec::len), Some(0), "{said}");
     assert!(said.contains("free axes: not checked: F8"), "{said}");
@@ -149,7 +149,7 @@ fn what_cannot_be_looked_at_is_named_and_none_is_written_unasked() {
     let folder = tempfile::tempdir().expect("a folder");
     run(folder.path(), &ball(), &[]);
     assert!(!folder.path().join("result/free_axes.json").exists());
-    let (code, said) = run(folder.path(), &ball(), &["--free-axes", "0"]);
+    let (code, said) = run(folder.path(), &ball(), &["--orientation-maps", "0"]);
     assert_eq!(code, 2, "{said}");
     assert!(said.contains("1..=2000"), "{said}");
 }

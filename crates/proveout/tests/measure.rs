@@ -49,7 +49,7 @@ fn shop() -> &'static Path {
             obj += &face(f);
         }
         fs::write(path.join("design.obj"), obj).expect("written");
-        let output = proveout(path, &["run", ".", "--out", "result", "--rerun", "off"]);
+        let output = proveout(path, &["run", ".", "--output", "result", "--rerun", "off"]);
         let printed = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(3), "unchecked: no design in the scene\n{printed}");
         assert!(
@@ -89,7 +89,7 @@ fn a_run_with_a_patch_leaves_its_files() {
 #[test]
 fn sections_have_the_area_of_the_part() {
     // Across the slot: 40 x 20 less 20 x 5.
-    let text = measured(&["result", "--section", "x=3.7", "--design", "design.obj", "--out", "section.json"]);
+    let text = measured(&["result", "--section", "x=3.7", "--design", "design.obj", "--output", "section.json"]);
     assert!(
         text.contains("700.0")
             && text.contains("round material 1, round holes 0, ")
@@ -102,11 +102,11 @@ fn sections_have_the_area_of_the_part() {
     let length = section["stock"]["outlines"][0]["length_mm"].as_f64().expect("a number");
     assert!((length - 130.0).abs() < 0.01, "40 + 2 x 20 + 2 x 10 + 2 x 5 + 20: {length}");
     // Through the slot: two bars.
-    let text = measured(&["result/stock.dexel", "--section", "z=-2.5", "--out", "section.csv"]);
+    let text = measured(&["result/stock.dexel", "--section", "z=-2.5", "--output", "section.csv"]);
     assert!(text.contains("800.0") && text.contains("round material 2, "), "{text}");
     let table = fs::read_to_string(shop().join("section.csv")).expect("written");
     assert!(table.starts_with("body,outline,x_mm,y_mm,z_mm\nstock,1,") && table.contains("stock,2,"), "{table}");
-    measured(&["result", "--section", "y=-15", "--out", "section.svg"]);
+    measured(&["result", "--section", "y=-15", "--output", "section.svg"]);
     let drawing = fs::read_to_string(shop().join("section.svg")).expect("written");
     assert!(drawing.starts_with("<svg") && drawing.contains("width=\"44.000mm\" height=\"24.000mm\""), "{drawing}");
 }
@@ -127,7 +127,7 @@ fn distances_and_walls_are_those_of_the_part() {
         "0,0,5,0,0,1",
         "--design",
         "design.obj",
-        "--out",
+        "--output",
         "all.json",
     ]);
     let lines: Vec<&str> = text.lines().collect();
@@ -170,7 +170,7 @@ fn wrong_questions_are_one_error_with_its_remedy() {
     helped(&["result", "--distance", "1,2,inf"], &["is not X,Y,Z"]);
     helped(&["result", "--wall", "1,2,3,0,0,0"], &["has no length"]);
     refused(&["result", "--distance", "1,2,3", "--design", "main.mpf"], &["main.mpf"]);
-    helped(&["result", "--section", "z=-1", "--out", "a.dxf"], &["a.dxf", "unknown file extension", ".svg"]);
-    helped(&["result", "--distance", "1,2,3", "--out", "a.svg"], &["only a section can be drawn"]);
+    helped(&["result", "--section", "z=-1", "--output", "a.dxf"], &["a.dxf", "unknown file extension", ".svg"]);
+    helped(&["result", "--distance", "1,2,3", "--output", "a.svg"], &["only a section can be drawn"]);
     assert!(!shop().join("a.svg").exists());
 }

@@ -89,7 +89,7 @@ impl Case {
         let rerun = if self.recording { "file" } else { "off" };
         let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
             .current_dir(folder.path())
-            .args(["run", ".", "--out", "result", "--rerun", rerun, "--threads", "2"])
+            .args(["run", ".", "--output", "result", "--rerun", rerun, "--threads", "2"])
             .output()
             .expect("the program starts");
         let printed = String::from_utf8_lossy(&output.stderr);

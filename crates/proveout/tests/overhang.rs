@@ -1,4 +1,4 @@
-//! `run --overhang` as a person types it, and the picture of a first contact: a slot of 6 mm, 20 mm deep, in
+//! `run --find-stickout` as a person types it, and the picture of a first contact: a slot of 6 mm, 20 mm deep, in
 //! a block whose face lies at zero. A holder of 20 mm diameter does not fit into the slot, so that its nose
 //! has to stay above the face by the wanted clearance: the least overhang is 20 mm and that clearance.
 
@@ -49,7 +49,7 @@ fn run(folder: &Path, overhang: f64, options: &[&str]) -> (i32, String, PathBuf)
     }
     let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
         .current_dir(folder)
-        .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"])
+        .args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "2"])
         .args(options)
         .output()
         .expect("the program starts");
@@ -72,7 +72,7 @@ fn assert_needed(said: &str, result: &Path) {
 #[test]
 fn a_long_tool_hears_how_much_is_not_needed() {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let (_, said, result) = run(folder.path(), 34.0, &["--overhang"]);
+    let (_, said, result) = run(folder.path(), 34.0, &["--find-stickout"]);
     assert_needed(&said, &result);
     assert!(said.contains("clamped 34.0 mm, longer than needed by 1"), "{said}");
 }
@@ -80,7 +80,7 @@ fn a_long_tool_hears_how_much_is_not_needed() {
 #[test]
 fn a_short_tool_hears_what_it_lacks_and_the_report_shows_the_contact() {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let (code, said, result) = run(folder.path(), 16.0, &["--overhang"]);
+    let (code, said, result) = run(folder.path(), 16.0, &["--find-stickout"]);
     assert_eq!(code, 1, "{said}");
     assert_needed(&said, &result);
     assert!(said.contains("clamped 16.0 mm, too short by"), "{said}");

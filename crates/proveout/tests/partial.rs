@@ -178,7 +178,7 @@ fn a_run_ends_behind_a_line_as_a_program_that_ends_there() {
     assert!(!codes(&stopped).contains(&"geometry-excess"), "an unfinished part has material everywhere");
     // An independent way to the same: the text itself ends there.
     desk.write("main.nc", &program(2, ""));
-    desk.call("run . --rerun off --out out/short");
+    desk.call("run . --rerun off --output out/short");
     assert!((cut - desk.volume("out/short")).abs() < 1e-6, "{cut} {}", desk.volume("out/short"));
     let [long, short] = [&stopped, &desk.verdict("out/short")].map(|v| v["time"]["cutting_s"].as_f64().expect("s"));
     assert!((long - short).abs() < 0.2 * short, "feed of two passes: {long} {short}");
@@ -187,7 +187,7 @@ fn a_run_ends_behind_a_line_as_a_program_that_ends_there() {
 #[test]
 fn a_run_ends_at_a_time() {
     let desk = Desk::new("");
-    desk.call("run . --rerun off --out out/whole");
+    desk.call("run . --rerun off --output out/whole");
     let whole = desk.verdict("out/whole")["time"]["total_s"].as_f64().expect("s");
     let half = (50.0 * whole).round() / 100.0;
     desk.run(&format!("--stop-at {half}s"), 3);
@@ -224,18 +224,18 @@ fn a_run_ends_at_the_first_finding() {
 #[test]
 fn the_next_setup_takes_no_stock_of_such_a_run() {
     let desk = Desk::new("");
-    desk.run("--preview --out out/first", 1);
+    desk.run("--preview --output out/first", 1);
     let scene = fs::read_to_string(desk.path("scene.toml")).expect("there");
     let second = scene.replace("box = { min_mm = [-20, -20, -40], max_mm = [20, 20, 0] }", "from_run = \"out/first\"");
     desk.write("second.toml", &second);
     let refused = |what: &str| {
-        let output = desk.call("run second.toml --rerun off --out out/second");
+        let output = desk.call("run second.toml --rerun off --output out/second");
         let text = printed(&output);
         assert_eq!(output.status.code(), Some(2), "{text}");
         assert!(text.contains(what) && text.contains("without --preview and --stop-at"), "{text}");
     };
     refused("is of a preview, with cells of 2 mm");
-    desk.run("--stop-at 14 --out out/first", 3);
+    desk.run("--stop-at 14 --output out/first", 3);
     refused("is of a run that was stopped at");
 }
 
@@ -257,7 +257,7 @@ fn a_stop_that_is_none_is_refused_before_anything_is_written() {
         ("--preview --resolution-mm 1", "cannot be used with"),
         ("--preview --accept-unchecked gouge", "cannot be used with"),
         ("--stop-at any --accept-unchecked gouge", "cannot be used with"),
-        ("--preview --overhang", "cannot be used with"),
+        ("--preview --find-stickout", "cannot be used with"),
     ] {
         let said = desk.run(options, 2);
         assert!(said.contains(words), "{options}: {words:?} is not in\n{said}");

@@ -59,7 +59,7 @@ impl Shop {
     }
 
     fn run(&self) -> Output {
-        proveout(self.folder.path(), &["run", ".", "--out", "result", "--rerun", "off"])
+        proveout(self.folder.path(), &["run", ".", "--output", "result", "--rerun", "off"])
     }
 
     /// The verdict of a run that was not refused.

@@ -49,7 +49,7 @@ impl Shop {
     }
 
     fn run(&self) -> Output {
-        self.call(&["run", ".", "--out", "result", "--rerun", "off"])
+        self.call(&["run", ".", "--output", "result", "--rerun", "off"])
     }
 
     fn verdict(&self) -> Value {

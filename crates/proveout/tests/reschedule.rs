@@ -62,7 +62,7 @@ fn written(words: &[&str], file: &str) -> String {
 fn a_run_keeps_the_text_that_its_findings_cite_and_reschedule_writes_the_same() {
     for (name, method) in [("quaternion", "quaternion"), ("s-theta", "s-theta")] {
         let out = format!("run-{name}");
-        let output = proveout(&["run", ".", "--program", name, "--rerun", "off", "--out", &out]);
+        let output = proveout(&["run", ".", "--program", name, "--rerun", "off", "--output", &out]);
         assert!(matches!(output.status.code(), Some(1 | 3)), "{}", String::from_utf8_lossy(&output.stderr));
         let run = folder().join(&out);
         let kept = fs::read_to_string(run.join(format!("{name}.mpf"))).expect("the text is kept");
@@ -416,7 +416,7 @@ fn the_published_channel_is_run_within_half_a_percent_of_the_best_and_time_can_b
         all["runs"][0].clone()
     };
     let gap = |run: &serde_json::Value| run["ramps_apart"]["gap_percent"].as_f64().expect("a gap");
-    let (fast, even) = (certified(&[]), certified(&["time_given_up_percent=1"]));
+    let (fast, even) = (certified(&[]), certified(&["max_time_loss_percent=1"]));
     assert!(gap(&fast) < 0.5, "{}", gap(&fast));
     // The dual proves 47.8 deg/s2 for every motion of the table that does not turn back.
     let peaks = even["constant_feed"].as_array().expect("a list");
@@ -446,7 +446,7 @@ fn options_of_smooth_are_read_and_refused_by_name() {
         ("channel=wide", "write one of clearance, tool"),
         ("monotone=maybe", "true or false"),
         ("lean_max_deg=0", "lean_max_deg"),
-        ("time_given_up_percent=-1", "time_given_up_percent = -1.000000 of smooth is outside of its range"),
+        ("max_time_loss_percent=-1", "max_time_loss_percent = -1.000000 of smooth is outside of its range"),
         ("lean_max_deg=2", "inclination"),
         ("clearance_deg=62", "there is no channel"),
         ("keys=9", "options of smooth: clearance_deg, "),
@@ -618,10 +618,10 @@ fn axes_between_keys_lean_no_more_than_the_cap() {
         let words = text.lines().filter(|l| l.contains("C3=")).flat_map(str::split_whitespace);
         words.filter_map(|w| w.strip_prefix("C3=")?.parse::<f64>().ok()).fold(1.0, f64::min)
     };
-    let capped = least_upright(&made("cap_deg=5", "window_mm=6"));
+    let capped = least_upright(&made("max_key_lean_deg=5", "window_mm=6"));
     assert!((capped - 5.0_f64.to_radians().cos()).abs() < 1e-6, "{capped}");
     // The row has no inflection, and its ends lean by 12 degrees.
-    let free = least_upright(&made("cap_deg=47", "window_mm=0"));
+    let free = least_upright(&made("max_key_lean_deg=47", "window_mm=0"));
     assert!((free - 12.0_f64.to_radians().cos()).abs() < 1e-6, "{free}");
 }
 

@@ -31,7 +31,7 @@ impl Copy {
             .replace("../../machines/three-axis-mill", &machine)
             .replace("../../tools/face-mill-marks.toml", "tools.toml")
             .replace("resolution_mm = 0.25", "resolution_mm = 0.5")
-            .replace("step_um = 10", "step_um = 50\nphases = 2");
+            .replace("step_um = 10", "step_um = 50\nrandom_phases = 2");
         fs::write(folder.path().join("scene.toml"), change(scene)).expect("written");
         Self(folder)
     }
@@ -39,7 +39,7 @@ impl Copy {
     fn run(&self) -> Output {
         Command::new(env!("CARGO_BIN_EXE_proveout"))
             .current_dir(self.0.path())
-            .args(["run", ".", "--out", "result", "--rerun", "off"])
+            .args(["run", ".", "--output", "result", "--rerun", "off"])
             .output()
             .expect("the program starts")
     }

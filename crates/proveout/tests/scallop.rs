@@ -60,7 +60,7 @@ fn write(folder: &Path, wide: bool, tolerances: &str, part: &str) {
     fs::write(folder.join("tools.toml"), TOOLS).expect("written");
 }
 
-const PART: &str = "[part]\nmesh = \"part.obj\"\njudged = { min_mm = [4, 3, 8], max_mm = [16, 9, 10] }\n";
+const PART: &str = "[part]\nmesh = \"part.obj\"\njudged_box = { min_mm = [4, 3, 8], max_mm = [16, 9, 10] }\n";
 
 /// Exit code, verdict where there is one, and what was told.
 fn run(wide: bool, tolerances: &str, part: &str) -> (i32, Option<Value>, String) {
@@ -68,7 +68,7 @@ fn run(wide: bool, tolerances: &str, part: &str) -> (i32, Option<Value>, String)
     write(folder.path(), wide, tolerances, part);
     let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
         .current_dir(folder.path())
-        .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"])
+        .args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "2"])
         .output()
         .expect("the program starts");
     let printed = format!("{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
@@ -169,7 +169,7 @@ fn the_map_has_measured_and_geometric_heights_and_the_page_shows_them() {
     write(folder.path(), false, "scallop_um = 11\n", PART);
     let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
         .current_dir(folder.path())
-        .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"])
+        .args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "2"])
         .output()
         .expect("the program starts");
     assert_ne!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
@@ -237,7 +237,7 @@ fn rows_nearer_than_two_cells_are_not_passed() {
     write(folder.path(), false, coarse, PART);
     let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
         .current_dir(folder.path())
-        .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2", "--resolution-mm", "0.4"])
+        .args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "2", "--resolution-mm", "0.4"])
         .output()
         .expect("the program starts");
     let printed = String::from_utf8_lossy(&output.stderr);
@@ -278,7 +278,7 @@ fn a_gouge_between_the_rays_has_its_whole_depth() {
     fs::write(folder.path().join("main.nc"), program.replace("G0 Z30.\nM5\n", dip)).expect("written");
     let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
         .current_dir(folder.path())
-        .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"])
+        .args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "2"])
         .args(["--resolution-mm", "0.4", "--dynamics", "ideal"])
         .output()
         .expect("the program starts");

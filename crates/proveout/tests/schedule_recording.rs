@@ -67,7 +67,7 @@ fn the_recording_of_a_run_and_of_a_comparison_shows_the_schedule() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     scene(folder);
-    proveout(folder, &["run", ".", "--program", "s-theta", "--rerun", "file", "--out", "one"]);
+    proveout(folder, &["run", ".", "--program", "s-theta", "--rerun", "file", "--output", "one"]);
     let words = ["reschedule", ".", "--program", "original", "--method", "s-theta", "--output", "t.mpf"];
     proveout(folder, &[&words[..], &["--certificate", "t.json"]].concat());
     let certificate = fs::read_to_string(folder.join("t.json")).expect("written");
@@ -134,7 +134,7 @@ fn the_recording_of_a_run_and_of_a_comparison_shows_the_schedule() {
     assert!(curves.iter().any(|k| k.ends_with("/original")) && curves.len() >= 4, "{curves:?}");
 
     // A comparison, which has the motions already, records the same; the program before has no schedule.
-    proveout(folder, &["compare", ".", "--rerun", "file", "--out", "all"]);
+    proveout(folder, &["compare", ".", "--rerun", "file", "--output", "all"]);
     let all = recorded(folder, "all/s-theta");
     for (name, entity) in one.iter().filter(|(name, _)| name.starts_with("/schedule/")) {
         assert!(all.get(name).is_some_and(|other| same(other, entity)), "{name} differs");

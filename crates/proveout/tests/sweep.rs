@@ -66,7 +66,7 @@ fn parts_that_run_beside_each_other_merge_to_the_bytes_of_one() {
     let (sweep, at) = (root().join("tests/sweep"), folder.path());
     let sweep = sweep.to_str().expect("a path");
     for out in ["one", "four"] {
-        let (words, _) = run_expecting(&["sweep", "plan", sweep, "--out", out], at, 0);
+        let (words, _) = run_expecting(&["sweep", "plan", sweep, "--output", out], at, 0);
         assert!(words.contains("6 jobs planned"), "{words}");
     }
     run_expecting(&["sweep", "run", "one", "--threads", "1"], at, 0);
@@ -91,7 +91,7 @@ fn parts_that_run_beside_each_other_merge_to_the_bytes_of_one() {
     // A second run starts nothing, and a second plan leaves everything as it is.
     let (words, _) = run_expecting(&["sweep", "run", "four"], at, 0);
     assert!(words.contains("6 had their result, 0 started"), "{words}");
-    let (words, _) = run_expecting(&["sweep", "plan", sweep, "--out", "four"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "plan", sweep, "--output", "four"], at, 0);
     assert!(words.contains("6 unchanged since the last plan"), "{words}");
     run_expecting(&["sweep", "merge", "four"], at, 0);
     assert!(one == merged(&at.join("four")));
@@ -114,11 +114,11 @@ fn parts_that_run_beside_each_other_merge_to_the_bytes_of_one() {
 fn a_job_gives_what_run_set_gives() {
     let folder = small(PROGRAMS);
     let at = folder.path();
-    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     run_expecting(&["sweep", "run", "out", "--job", "3"], at, 0);
     let job = fs::read(at.join("out/jobs/00003/verdict.json")).expect("a verdict");
     let set = "machine.X.max_acceleration_mm_s2=2000";
-    let output = call(&["run", "scene", "--program", "other", "--set", set, "--rerun", "off", "--out", "run"], at);
+    let output = call(&["run", "scene", "--program", "other", "--set", set, "--rerun", "off", "--output", "run"], at);
     assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{output:?}");
     assert!(job == fs::read(at.join("run/verdict.json")).expect("a verdict"));
     let text = String::from_utf8(job).expect("text");
@@ -135,7 +135,7 @@ fn a_job_gives_what_run_set_gives() {
 fn a_changed_input_costs_the_jobs_that_read_it() {
     let folder = small(PROGRAMS);
     let at = folder.path();
-    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     run_expecting(&["sweep", "run", "out"], at, 0);
     let text = fs::read_to_string(at.join("scene/other.nc")).expect("text");
     fs::write(at.join("scene/other.nc"), format!("(changed)\n{text}").replace("(changed)\n%", "%\n(changed)"))
@@ -145,7 +145,7 @@ fn a_changed_input_costs_the_jobs_that_read_it() {
     let (_, words) = run_expecting(&["sweep", "run", "out"], at, 2);
     assert!(words.contains("the program of job 2: it has changed since the sweep was planned"), "{words}");
     assert!(words.contains("other.nc"), "{words}");
-    let (words, _) = run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     assert!(words.contains("2 unchanged since the last plan"), "{words}");
     let (_, words) = run_expecting(&["sweep", "merge", "out"], at, 2);
     assert!(words.contains("the result of job 3 is of an earlier plan"), "{words}");
@@ -213,7 +213,7 @@ fn run_and_merge_hold_plan_jobs_inputs_and_verdicts_against_their_digests_again(
     ];
     let folder = small(PROGRAMS);
     let at = folder.path();
-    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     run_expecting(&["sweep", "run", "out"], at, 0);
     run_expecting(&["sweep", "merge", "out"], at, 0);
     let sound = merged(&at.join("out"));
@@ -252,7 +252,7 @@ fn a_worker_that_is_killed_costs_its_job() {
     );
     let at = folder.path();
     for out in ["killed", "whole"] {
-        run_expecting(&["sweep", "plan", ".", "--out", out], at, 0);
+        run_expecting(&["sweep", "plan", ".", "--output", out], at, 0);
     }
     let mut worker =
         command(&["sweep", "run", "killed"], at).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("started");
@@ -282,7 +282,7 @@ fn a_worker_that_is_killed_costs_its_job() {
 fn what_is_missing_damaged_or_of_another_version_is_named_and_nothing_is_merged() {
     let folder = small(PROGRAMS);
     let at = folder.path();
-    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     run_expecting(&["sweep", "run", "out"], at, 0);
     let result = at.join("out/jobs/00001/result.json");
     let sound = fs::read_to_string(&result).expect("a result");
@@ -320,7 +320,7 @@ fn what_is_missing_damaged_or_of_another_version_is_named_and_nothing_is_merged(
 fn a_job_whose_folder_cannot_be_written_is_named_and_the_others_have_their_results() {
     let folder = small(PROGRAMS);
     let at = folder.path();
-    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     // Where the run would be written there is a file.
     fs::write(at.join("out/jobs/00001/run"), "in the way").expect("written");
     let (_, words) = run_expecting(&["sweep", "run", "out"], at, 2);
@@ -335,7 +335,7 @@ fn values_that_a_scene_refuses_together_are_a_result() {
     // Each value is possible; both ends of the travel together are none.
     let folder = small("[[vary]]\nkey = \"resolution_mm\"\nvalues = [1, 0.002]\n");
     let at = folder.path();
-    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     let (_, words) = run_expecting(&["sweep", "run", "out"], at, 0);
     assert!(words.contains("job 1 (2 of 2): refused: "), "{words}");
     let (words, _) = run_expecting(&["sweep", "merge", "out"], at, 0);
@@ -369,12 +369,12 @@ fn a_sweep_that_cannot_be_planned_is_reported_with_its_place_and_nothing_is_writ
         ("speed = 3\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "speed"),
     ] {
         let folder = small(vary);
-        let (_, words) = run_expecting(&["sweep", "plan", ".", "--out", "out"], folder.path(), 2);
+        let (_, words) = run_expecting(&["sweep", "plan", ".", "--output", "out"], folder.path(), 2);
         assert!(words.contains(wanted) && words.contains("sweep.toml"), "{vary}\n{words}");
         assert!(!folder.path().join("out").exists(), "{vary}");
     }
     let folder = small(PROGRAMS);
-    let (_, words) = run_expecting(&["sweep", "plan", ".", "--out", "scene"], folder.path(), 2);
+    let (_, words) = run_expecting(&["sweep", "plan", ".", "--output", "scene"], folder.path(), 2);
     assert!(words.contains("not the folder of a sweep"), "{words}");
     let (_, words) = run_expecting(&["sweep", "run", "scene"], folder.path(), 2);
     assert!(words.contains("plan.json"), "{words}");
@@ -411,7 +411,7 @@ fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
             let text = fs::read_to_string(&scene).expect("read");
             assert!(text.contains(plain));
             fs::write(&scene, text.replace(plain, stock)).expect("written");
-            let code = call(&["run", "scene", "--program", "main", "--rerun", "off", "--out", "whole/run"], at);
+            let code = call(&["run", "scene", "--program", "main", "--rerun", "off", "--output", "whole/run"], at);
             let code = code.status.code().expect("an exit code");
             let whole = folder_of(&at.join("whole/run"));
             for shards in [1, 3, 8] {
@@ -421,7 +421,7 @@ fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
                                      [[vary]]\nkey = \"program\"\nvalues = [\"main\"]\n"
                 );
                 fs::write(at.join("sweep.toml"), sweep).expect("written");
-                let (words, _) = run_expecting(&["sweep", "plan", ".", "--out", &out], at, 0);
+                let (words, _) = run_expecting(&["sweep", "plan", ".", "--output", &out], at, 0);
                 assert!(words.contains(&format!("{shards} jobs planned")), "{words}");
                 run_expecting(&["sweep", "run", &out, "--threads", "2"], at, 0);
                 let (words, _) = run_expecting(&["sweep", "merge", &out], at, code);
@@ -443,7 +443,7 @@ fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
 fn shards_that_are_missing_damaged_or_of_another_plan_are_named_and_cut_again_alone() {
     let folder = small("shards = 4\n");
     let at = folder.path();
-    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     run_expecting(&["sweep", "run", "out", "--part", "1/2"], at, 0);
     let (_, fault) = run_expecting(&["sweep", "merge", "out"], at, 2);
     assert!(fault.contains("job 1 has no result") && !at.join("out/run").exists(), "{fault}");
@@ -466,7 +466,7 @@ fn shards_that_are_missing_damaged_or_of_another_plan_are_named_and_cut_again_al
     assert!(folder_of(&at.join("out/run")) == whole);
 
     // A second plan of the same files changes nothing; motion that was changed behind the plan is found.
-    let (words, _) = run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    let (words, _) = run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     assert!(words.contains("4 unchanged since the last plan"), "{words}");
     let motion = at.join("out/motion.bin");
     let mut bytes = fs::read(&motion).expect("read");
@@ -478,7 +478,7 @@ fn shards_that_are_missing_damaged_or_of_another_plan_are_named_and_cut_again_al
 
     // Another program is another motion: all shards.
     write_program(at, "main.nc", "G0 X0 Y-30\nG0 Z5\nG0 Z-3\nG1 Y30 F600\nG0 Z10\n");
-    run_expecting(&["sweep", "plan", ".", "--out", "out"], at, 0);
+    run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     let (words, _) = run_expecting(&["sweep", "run", "out"], at, 0);
     assert!(words.contains("0 had their result, 4 started"), "{words}");
 }
@@ -494,7 +494,7 @@ fn shards_are_those_of_a_single_run() {
         (format!("seed = 3\n{PROGRAMS}"), "`seed` belongs to a Latin hypercube"),
     ] {
         let folder = small(&head);
-        let (_, fault) = run_expecting(&["sweep", "plan", ".", "--out", "out"], folder.path(), 2);
+        let (_, fault) = run_expecting(&["sweep", "plan", ".", "--output", "out"], folder.path(), 2);
         assert!(fault.contains(words) && fault.contains("help:"), "{fault}");
         assert!(!folder.path().join("out").exists());
     }

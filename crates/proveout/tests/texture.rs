@@ -116,16 +116,16 @@ fn marks_beyond_the_cutoff_take_the_next_class_or_stay_unchecked() {
 #[test]
 fn a_map_is_evaluated_drawn_and_written_for_other_programs() {
     let shop = shop();
-    let output = proveout(shop.path(), &["measure", "patch.sdf", "--json", "--out", "patch.x3p"]);
+    let output = proveout(shop.path(), &["measure", "patch.sdf", "--json", "--output", "patch.x3p"]);
     assert_eq!(output.status.code(), Some(0), "{}", printed(&output));
     let area = &json(&output)["area"];
     assert_eq!((&area["standard"], &area["l_filter_mm"]), (&"ISO 25178-2:2021".into(), &0.8.into()));
     assert!((area["lay_deg"].as_f64().expect("a lay") - 90.0).abs() < 1.1, "{area}");
-    let again = proveout(shop.path(), &["measure", "patch.x3p", "--json", "--out", "again.sdf"]);
+    let again = proveout(shop.path(), &["measure", "patch.x3p", "--json", "--output", "again.sdf"]);
     let close = |a: &Value, b: &Value| (a.as_f64().expect("Sa") / b.as_f64().expect("Sa") - 1.0).abs() < 1e-12;
     assert!(close(&json(&again)["area"]["filtered"]["sa_um"], &area["filtered"]["sa_um"]), "{}", printed(&again));
     assert!(fs::read(shop.path().join("again.sdf")).expect("written").starts_with(b"bISO-1.0"));
-    let drawn = proveout(shop.path(), &["measure", "patch.sdf", "--out", "patch.png"]);
+    let drawn = proveout(shop.path(), &["measure", "patch.sdf", "--output", "patch.png"]);
     assert!(printed(&drawn).contains("written: patch.png"), "{}", printed(&drawn));
     assert!(fs::read(shop.path().join("patch.png")).expect("written").starts_with(b"\x89PNG"));
 }
@@ -162,8 +162,8 @@ fn nonsense_is_refused_with_place_value_and_remedy() {
         (vec!["measure", "--profile", "patch.sdf"], "a map of 401 x 401 points, not a profile"),
         (vec!["measure", "patch.sdf", "--wall", "0,0,0,1,0,0"], "--wall applies to a stock"),
         (vec!["measure", "patch.sdf", "--standard", "iso4287"], "--standard selects"),
-        (vec!["measure", "fine.smd", "--out", "never.png"], "only a map can be drawn"),
-        (vec!["measure", "fine.smd", "--out", "never.txt"], "unknown file extension for a texture"),
+        (vec!["measure", "fine.smd", "--output", "never.png"], "only a map can be drawn"),
+        (vec!["measure", "fine.smd", "--output", "never.txt"], "unknown file extension for a texture"),
         (vec!["measure", "fine.smd", "--pitch-mm=-0.1"], "must be above zero"),
         (vec!["measure", "fine.smd", "--to-lay-deg", "inf"], "is not a finite angle"),
         (vec!["measure", "fine.smd", "--profile", "fine.smd"], "cannot be used with"),

@@ -118,7 +118,7 @@ impl Shop {
     }
 
     fn verdict(&self) -> Value {
-        let (code, output) = self.call("run . --out result --rerun off");
+        let (code, output) = self.call("run . --output result --rerun off");
         assert!(matches!(code, Some(0 | 1 | 3)), "{output}");
         let text = fs::read_to_string(self.path().join("result/verdict.json")).expect("written");
         serde_json::from_str(&text).expect("JSON")
@@ -229,7 +229,7 @@ fn plane_move_turns_the_tool_about_the_point_ahead_of_its_tip() {
     assert!((beside - expected).abs() > 1.0, "{beside} {expected}");
     let shop =
         Shop::new(&machine(18_000), "heidenhain", "", &program("6 PLANE SPATIAL SPA+0 SPB+30 SPC+0 TURN DIST20 FMAX"));
-    let (code, output) = shop.call("run . --out result --rerun off");
+    let (code, output) = shop.call("run . --output result --rerun off");
     assert!(code == Some(2) && output.contains("DIST without MOVE") && output.contains("main.h:7:"), "{output}");
 }
 

@@ -8,6 +8,7 @@
 //! * [`Document`] – a TOML text that is read into a type, with the position of every key.
 //! * [`InputError`] – the one error of input files; [`read_input`] reads a file or gives this error.
 //! * [`check_quantities`] – ranges of numbers, by the unit in which a key ends.
+//! * [`migrate()`] – the text of a file with the names that its keys have today.
 //! * [`read_regular_file`] – bytes of a file up to a limit; pipes and devices are refused.
 //!
 //! ```
@@ -36,15 +37,19 @@
 //! | `input_error.rs` | [`InputError`] and its parts |
 //! | `quantities.rs` | ranges by unit, as checks and as `minimum` and `maximum` of the JSON schemas |
 //! | `inch.rs` | files that count in inch |
+//! | `renamed_keys.rs` | keys that had another name before |
+//! | `migrate.rs` | files with old keys become files with new ones |
 //! | `regular_file.rs` | files of bounded size |
 //! | `xml_attributes.rs` | the bound of attributes before XML is parsed |
 
 mod document;
 mod inch;
 mod input_error;
+mod migrate;
 mod quantities;
 mod regular_file;
 mod xml_attributes;
+mod renamed_keys;
 
 pub use document::{Document, ExpectedType, Step, TomlFault, nearest};
 pub use inch::{add_inches_to_schema, in_millimeters};
@@ -52,3 +57,9 @@ pub use input_error::{InputError, InputFault, read_input};
 pub use quantities::{MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, check_quantity, range_of};
 pub use regular_file::{open_regular_file, read_regular_file, read_regular_text};
 pub use xml_attributes::element_with_more_attributes;
+pub use migrate::{KeyChange, Migration, migrate};
+pub use quantities::{
+    MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, check_quantity, range_of, table_of_ranges,
+};
+pub use regular_file::{open_regular_file, read_regular_file, read_regular_text};
+pub use renamed_keys::{InputFileKind, renamed_key};

@@ -39,7 +39,7 @@ impl FolderClaim {
         let place = absolute(place).unwrap_or_else(|_| place.to_owned());
         if !PLACES.lock().unwrap_or_else(PoisonError::into_inner).insert(place.clone()) {
             let message = format!("another run of this process writes to {}", place.display());
-            return Err(CommandError::new(message, "give each run its own folder with `out`"));
+            return Err(CommandError::new(message, "give each run its own folder with `output`"));
         }
         Ok(Self(place))
     }
@@ -145,7 +145,7 @@ impl RunChoice {
 
 /// Runs a program of a scene; folder, part and height maps.
 #[pyfunction]
-#[pyo3(signature = (scene, *, program, nc, resolution_mm, threads, dynamics, plant, out, preview, stop_at, set, rerun, keep_surface, progress))]
+#[pyo3(signature = (scene, *, program, nc, resolution_mm, threads, dynamics, plant, output, preview, stop_at, set, rerun, keep_surface, progress))]
 #[expect(
     clippy::too_many_arguments,
     clippy::fn_params_excessive_bools,
@@ -160,7 +160,7 @@ pub(crate) fn run<'py>(
     threads: Option<i64>,
     dynamics: Option<&str>,
     plant: Option<&str>,
-    out: Option<PathBuf>,
+    output: Option<PathBuf>,
     preview: bool,
     stop_at: Option<&str>,
     set: Vec<String>,
@@ -198,7 +198,7 @@ pub(crate) fn run<'py>(
     let place = beside(py, progress.as_ref(), |shared: &Arc<WorkState>| {
         chosen.pool()?.install(|| {
             let prepared = Prepared::read(&scene, &choice)?;
-            let place = out.unwrap_or_else(|| default_place(&prepared, preview, choice.stop_at.is_some()));
+            let place = output.unwrap_or_else(|| default_place(&prepared, preview, choice.stop_at.is_some()));
             let _claim = FolderClaim::take(&place)?;
             let watcher = Watcher::boxed(shared, &prepared, [0.0, 1.0], kept.clone());
             let (_, committed) = prove_out(prepared, &place, chosen.threads, &chosen.recorder(), vec![watcher])?;
@@ -219,7 +219,7 @@ pub(crate) fn run<'py>(
 
 /// Compares the programs of a scene; the folder.
 #[pyfunction]
-#[pyo3(signature = (scene, *, baseline, resolution_mm, threads, dynamics, out, rerun, progress))]
+#[pyo3(signature = (scene, *, baseline, resolution_mm, threads, dynamics, output, rerun, progress))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of one Python call")]
 pub(crate) fn compare<'py>(
     py: Python<'py>,
@@ -228,7 +228,7 @@ pub(crate) fn compare<'py>(
     resolution_mm: Option<f64>,
     threads: Option<i64>,
     dynamics: Option<&str>,
-    out: Option<PathBuf>,
+    output: Option<PathBuf>,
     rerun: bool,
     progress: Option<Bound<'py, PyAny>>,
 ) -> PyResult<PathBuf> {
@@ -243,12 +243,12 @@ pub(crate) fn compare<'py>(
     };
     beside(py, progress.as_ref(), |shared: &Arc<WorkState>| {
         chosen.pool()?.install(|| {
-            let _claim = out.as_deref().map(FolderClaim::take).transpose()?;
+            let _claim = output.as_deref().map(FolderClaim::take).transpose()?;
             let recorder = chosen.recorder();
             let order = CompareOrder {
                 scene: &scene,
                 choice: &choice,
-                place: out.as_deref(),
+                place: output.as_deref(),
                 threads: chosen.threads,
                 rerun: &recorder,
             };

@@ -73,7 +73,7 @@ pub use prepare::reader_settings::tool_radii;
 pub use prepare::reading::Reading;
 pub use prepare::set_value::SetValue;
 pub use proveout_collision::{AxisState, OrientationCell};
-pub use proveout_input::{InputError, nearest as nearest_word, read_regular_text};
+pub use proveout_input::{InputError, Migration, migrate, nearest as nearest_word, read_input, read_regular_text};
 pub use run::{listing, measure, overhang, partial, shards};
 pub use setup::{first_part, preflight};
 pub use verdict::{finding, gates, log};

@@ -100,7 +100,7 @@ struct Ran {
 }
 
 /// Beside the slot, which the design does not know.
-const JUDGED: &str = "judged = { min_mm = [-4, -16, -8], max_mm = [20, 16, 1] }";
+const JUDGED: &str = "judged_box = { min_mm = [-4, -16, -8], max_mm = [20, 16, 1] }";
 
 fn inside(p: &MapPoint) -> bool {
     // The box of PATCH; its upper face lies above the stock.

@@ -107,7 +107,7 @@ fn face_program(spindle: &str) -> String {
 
 fn face_surface(n: usize, phase: &str) -> String {
     format!(
-        "[surface]\nmodel = \"teeth\"\nprofiles = false\nphases = 3\nmax_height_mm = 0.5\n[[surface.patch]]\nname = \"face\"\n\
+        "[surface]\nmodel = \"teeth\"\nprofiles = false\nrandom_phases = 3\nmax_height_mm = 0.5\n[[surface.patch]]\nname = \"face\"\n\
          at_mm = [5, 2.5, 0]\nnormal = [0, 0, 1]\nalong = [1, 0, 0]\nsize_mm = [10, 5]\nstep_um = {}\n{phase}",
         5000.0 / n as f64
     )
@@ -339,7 +339,7 @@ fn what_cannot_be_evaluated_is_named_and_unchecked() {
     let beside = ROWS.replace("[5, 2.5, 0]", "[5, 30, 0]");
     assert!(reason("planned", BALL, &program, &beside).contains("nodes are not cut"), "beside");
     // The teeth are not described.
-    let teeth = ROWS.replace("[surface]", "[surface]\nmodel = \"teeth\"\nphases = 1");
+    let teeth = ROWS.replace("[surface]", "[surface]\nmodel = \"teeth\"\nrandom_phases = 1");
     let bare = BALL.split("[tool.edges]").next().unwrap();
     let message = reason("planned", bare, &program, &teeth);
     assert!(message.contains("tool \"BALL\" has no [tool.edges]"), "{message}");
@@ -374,7 +374,7 @@ fn places_off_the_surface_are_refused_by_name() {
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nalong = [0, 0, 1]"), "is perpendicular"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [4, 0.001]"), "shorter than two steps"),
         (patch("at_mm = [0, 0, 0]\nnormal = [0, 0, 1]\nsize_mm = [400, 400]"), "nodes are more"),
-        ("[surface]\nphases = 0\n".into(), "phases = 0"),
+        ("[surface]\nrandom_phases = 0\n".into(), "random_phases = 0"),
         ("[surface]\nmax_height_mm = -1\n".into(), "max_height_mm"),
         (
             "[surface]\n[[surface.profile]]\nname = \"q\"\nat_mm = [0, 0, 0]\nnormal = [0, 0, 1]\n".into(),

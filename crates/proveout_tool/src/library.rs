@@ -7,7 +7,7 @@ use proveout_input::{Document, InputError, Step, Step::Item, Step::Key, in_milli
 
 use crate::cutter::ShapeError;
 use crate::entry::tool_of;
-use crate::library_file::{CutterKind, LengthIs, LibraryFile};
+use crate::library_file::{CutterKind, GaugeLengthSource, LibraryFile};
 use crate::{Tool, ToolId};
 
 /// Tables of a tool that contain its keys, in addition to its own table.
@@ -26,7 +26,7 @@ pub struct ToolNotes {
     pub chosen: Vec<(Vec<String>, String)>,
     /// Name of the holder.
     pub holder: String,
-    /// The file has the tool clamped to its gauge length (`gauge_length_is = "prescribed"`).
+    /// The file has the tool clamped to its gauge length (`gauge_length_source = "prescribed"`).
     pub length_prescribed: bool,
 }
 
@@ -114,7 +114,7 @@ impl ToolLibrary {
                     return Err(refused(key, format!("gives no cutter: {e}"), "correct the curve"));
                 }
             }
-            let measured = entry.gauge_length_is == Some(LengthIs::Measured);
+            let measured = entry.gauge_length_source == Some(GaugeLengthSource::Measured);
             let still = |key: &&String| !(measured && *key == GAUGE_LENGTH);
             library.notes.push(ToolNotes {
                 source: entry.source.clone(),
@@ -125,7 +125,7 @@ impl ToolLibrary {
                     .filter(|(keys, _)| !keys.is_empty())
                     .collect(),
                 holder: entry.holder.as_ref().map(|h| h.name.clone()).unwrap_or_default(),
-                length_prescribed: entry.gauge_length_is == Some(LengthIs::Prescribed),
+                length_prescribed: entry.gauge_length_source == Some(GaugeLengthSource::Prescribed),
             });
         }
         Ok(library)

@@ -81,7 +81,7 @@ pub(crate) enum Hand {
 /// Source of the length of a tool.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
-pub(crate) enum LengthIs {
+pub(crate) enum GaugeLengthSource {
     /// Measured on a presetter or on the machine.
     Measured,
     /// The setup prescribes it: the tool is clamped to this length.
@@ -152,7 +152,7 @@ pub(crate) struct ToolEntry {
     /// Source of `gauge_length_mm` where `chosen` names it: `measured` removes it from `chosen`, `prescribed` means
     /// that the tool is clamped to this length. When left out, a chosen length leaves collision and near miss of the
     /// holder unchecked.
-    pub(crate) gauge_length_is: Option<LengthIs>,
+    pub(crate) gauge_length_source: Option<GaugeLengthSource>,
     /// Number of flutes or inserts.
     pub(crate) flutes: Option<u32>,
     /// Whether the cutting edges reach the center, so that the tool may plunge. When left out, they do where

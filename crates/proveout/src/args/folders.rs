@@ -31,13 +31,13 @@ pub(crate) struct ManualArgs {
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("what").required(true).args(["file", "profile"]))]
 #[command(after_help = "Examples:\n  \
-    proveout measure out/part-main --section z=-12.5 --out section.svg\n  \
-    proveout measure out/part-main --section x=0 --design part.stl --out section.json\n  \
+    proveout measure out/part-main --section z=-12.5 --output section.svg\n  \
+    proveout measure out/part-main --section x=0 --design part.stl --output section.json\n  \
     proveout measure out/part-main --distance 10,0,5 --distance 10,0,-5\n  \
     proveout measure out/part-main/stock.dexel --wall 0,-3,-1,0,1,0 --design part.stl\n  \
     proveout measure --profile gauge.smd --class Sc2 --to-lay-deg 90\n  \
     proveout measure --profile gauge.smd --standard iso4287 --json\n  \
-    proveout measure patch.sdf --out patch.png\n\n\
+    proveout measure patch.sdf --output patch.png\n\n\
     Stock: coordinates are in the workpiece frame, mm. Between rays the surface is that of the stock's mesh; on a face of \
     curvature radius r its error is about cell²/8r. A distance inside material is negative.\n\
     Texture: if the pitch of the marks exceeds the cut-off of the class, use the next class. A parameter that the data cannot \
@@ -80,10 +80,10 @@ pub(crate) struct MeasureArgs {
     #[arg(long)]
     pub(crate) json: bool,
     /// Result file: .json for everything; .svg or .csv for the section; .png, .sdf or .x3p for the texture
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", alias = "out")]
+    pub(crate) output: Option<PathBuf>,
     /// Overwrite an existing file
-    #[arg(long, requires = "out")]
+    #[arg(long, requires = "output")]
     pub(crate) force: bool,
 }
 

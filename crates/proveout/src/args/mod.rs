@@ -5,7 +5,10 @@ mod own_part;
 mod programs;
 mod runs;
 
-use clap::{Parser, Subcommand};
+use clap::{
+    Parser, Subcommand,
+    error::{ContextKind, ContextValue, ErrorKind},
+};
 
 pub(crate) use self::{folders::*, own_part::*, programs::*, runs::*};
 
@@ -43,6 +46,8 @@ pub(crate) enum Command {
     Compare(CompareArgs),
     /// Check scenes, machines, tool libraries, control files and NC programs without running them
     Check(CheckArgs),
+    /// Rename old keys in scenes, machines, tool libraries, control files, jobs and sweeps; comments and order stay
+    Migrate(MigrateArgs),
     /// Print the canonical commands of a program, one JSON object per line, or write it in another dialect
     Nc(NcArgs),
     /// Convert joint positions to tool poses, or tool poses to joint positions: CSV in, CSV out
@@ -67,4 +72,20 @@ pub(crate) enum Command {
     Completions(CompletionsArgs),
     /// Write the manual pages of all commands to a folder
     Manual(ManualArgs),
+}
+
+/// Options of `run` with a new name.
+const RENAMED: [(&str, &str); 2] = [("--free-axes", "--orientation-maps"), ("--overhang", "--find-stickout")];
+
+/// The same error, with the new name of an option that had another one before.
+pub(crate) fn with_new_name(mut error: clap::Error) -> clap::Error {
+    let Some(ContextValue::String(given)) = error.get(ContextKind::InvalidArg) else { return error };
+    let given = given.split('=').next().unwrap_or_default();
+    let renamed = RENAMED.iter().find(|(old, _)| *old == given);
+    if let Some((old, new)) = renamed.filter(|_| error.kind() == ErrorKind::UnknownArgument) {
+        let tip = format!("the name of '{old}' is '{new}' now");
+        error.remove(ContextKind::SuggestedArg);
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![tip.into()]));
+    }
+    error
 }

@@ -1,4 +1,4 @@
-//! Options of the commands about parts and machines of one's own: new, tools, machine, check.
+//! Options of the commands about parts and machines of one's own: new, tools, machine, migrate, check.
 
 use std::path::PathBuf;
 
@@ -113,6 +113,28 @@ pub(crate) struct MachineArgs {
     /// Folder to create; must not exist
     #[arg(long, value_name = "DIR")]
     pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Only the names of keys change: comments, order and line ends stay, and a file without old keys is not written. \
+                        See docs/migrate.md.\n\n\
+                        Exit code: 0 the files have today's keys; 1 with --check, a file has old keys; 2 a file cannot be read, \
+                        nothing is written."
+)]
+pub(crate) struct MigrateArgs {
+    /// Scenes, machines, tool libraries, control files, jobs or sweeps (TOML)
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// List the keys to rename, write nothing
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// Write to this file instead of in place; the call then names one FILE
+    #[arg(long, value_name = "FILE", conflicts_with = "check")]
+    pub(crate) output: Option<PathBuf>,
+    /// Overwrite an existing file
+    #[arg(long, requires = "output")]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]

@@ -206,11 +206,11 @@ fn strategies() -> PossibleValuesParser {
     normalized, unit-free).\n\
     quaternion: keys, clearance_deg (of the channel that is printed).\n\
     singularity: cone_deg, rate_deg_mm, junction (off, free, pinned).\n\
-    min-angular-acceleration: cap_deg, window_mm, criterion (paper, true-minimum), key_axes (program, search).\n\
+    min-angular-acceleration: max_key_lean_deg, window_mm, criterion (paper, true-minimum), key_axes (program, search).\n\
     multi-scale: strip_min_mm, strip_max_mm, strip_height_mm, ra_um, evaluation_length_mm, run_in_mm, margin_deg, coefficients, \
-    measured_part, measured_spread.\n\
+    measured_ratio, measured_spread.\n\
     smooth: channel (clearance, tool, rows), lean_max_deg. With channel clearance or tool: clearance_deg, monotone (true, false), \
-    time_given_up_percent (for a lower peak acceleration). With channel rows: turn_max_deg, ends (kept, free), and for a bull-nose \
+    max_time_loss_percent (for a lower peak acceleration). With channel rows: turn_max_deg, ends (kept, free), and for a bull-nose \
     cutter the options of multi-scale except margin_deg and coefficients.\n\n\
     The command prints the times of both programs and a lower bound: within the joint limits listed, no schedule of tool axes in \
     the channel is faster. A program that the control rejects is not written.")]

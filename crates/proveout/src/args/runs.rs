@@ -23,19 +23,19 @@ pub(crate) struct RunArgs {
     pub(crate) nc: Option<PathBuf>,
     /// Run folder (default: out/SCENE-PROGRAM, with suffix -preview or -stopped for such a run). An older run there is
     /// replaced once the new one is complete; other files are kept
-    #[arg(long, value_name = "DIR", alias = "output")]
-    pub(crate) out: Option<PathBuf>,
+    #[arg(long, value_name = "DIR", alias = "out")]
+    pub(crate) output: Option<PathBuf>,
     /// Resume an interrupted run (Ctrl-C, a kill, a full disk); the result is identical to an uninterrupted one. Motion
     /// is planned and judged again, finished cuts are read from the journal
     #[arg(long)]
     pub(crate) resume: bool,
     /// Run a quick preview with cells four times as large, without patches and texture. Its findings are real, but
     /// their absence proves nothing: gates that depend on the stock stay unchecked
-    #[arg(long, conflicts_with_all = ["resolution_mm", "overhang", "free_axes", "accept_unchecked"])]
+    #[arg(long, conflicts_with_all = ["resolution_mm", "find_stickout", "orientation_maps", "accept_unchecked"])]
     pub(crate) preview: bool,
     /// Stop at the first finding with CODE (`any`: one that fails a gate), after program line LINE (`120`), or at a
     /// simulated time (`12.5s`). Gates that have not failed by then are unchecked
-    #[arg(long, value_name = "any|CODE|LINE|TIMEs", allow_hyphen_values = true, conflicts_with_all = ["overhang", "free_axes", "accept_unchecked"])]
+    #[arg(long, value_name = "any|CODE|LINE|TIMEs", allow_hyphen_values = true, conflicts_with_all = ["find_stickout", "orientation_maps", "accept_unchecked"])]
     pub(crate) stop_at: Option<StopAt>,
     /// Cell size of the stock (distance between its rays), mm (default: that of the scene)
     #[arg(long, value_name = "X")]
@@ -55,11 +55,11 @@ pub(crate) struct RunArgs {
     pub(crate) plant: Option<PlantArg>,
     /// Find the smallest overhang of each tool from its holder that is collision-free, by extra runs before this one
     #[arg(long)]
-    pub(crate) overhang: bool,
+    pub(crate) find_stickout: bool,
     /// Compute collision-free orientation maps at this many contact points (ball-end tools), for the report and as a
     /// file
     #[arg(long, value_name = "PLACES", value_parser = clap::value_parser!(u16).range(1..=2000))]
-    pub(crate) free_axes: Option<u16>,
+    pub(crate) orientation_maps: Option<u16>,
     /// Destination of the Rerun recording
     #[arg(long, value_enum, default_value = RECORDING)]
     pub(crate) rerun: RerunArg,
@@ -77,8 +77,8 @@ pub(crate) struct JobArgs {
     pub(crate) job: PathBuf,
     /// Output folder (default: out/JOB-job). An older job there is replaced once the new one is complete; other files
     /// are kept
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
+    #[arg(long, value_name = "DIR", alias = "out")]
+    pub(crate) output: Option<PathBuf>,
     /// Worker threads (default: all processors); no verdict depends on their number
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
@@ -103,8 +103,8 @@ pub(crate) struct SweepPlanArgs {
     /// Folder of the sweep, or its sweep.toml
     pub(crate) sweep: PathBuf,
     /// Output folder (default: out/SWEEP-sweep)
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
+    #[arg(long, value_name = "DIR", alias = "out")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -175,8 +175,8 @@ pub(crate) struct CompareArgs {
     pub(crate) baseline: Option<String>,
     /// Output folder (default: out/SCENE-compare). An older comparison there is replaced once the new one is complete;
     /// other files are kept
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: Option<PathBuf>,
+    #[arg(long, value_name = "DIR", alias = "out")]
+    pub(crate) output: Option<PathBuf>,
     /// Cell size of the stock (distance between its rays), mm (default: that of the scene)
     #[arg(long, value_name = "X")]
     pub(crate) resolution_mm: Option<f64>,

@@ -37,7 +37,7 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
     };
     let rerun = recorder(args.rerun);
     let order =
-        CompareOrder { scene: &args.scene, choice: &choice, place: args.out.as_deref(), threads, rerun: &rerun };
+        CompareOrder { scene: &args.scene, choice: &choice, place: args.output.as_deref(), threads, rerun: &rerun };
     let beside = ParallelBars::new();
     let mut watchers = |prepared: &Prepared| -> Vec<Box<dyn Observer>> {
         bar.finish_and_clear();

@@ -33,7 +33,7 @@ pub(crate) fn job(args: &JobArgs) -> Result<State, Failure> {
     let failure = |e: SimError| Failure::from(&e);
     let job = Job::read(&args.job).map_err(|e| failure(e.into()))?;
     pool.install(|| job.check()).map_err(failure)?;
-    let place = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-job", job.name)));
+    let place = args.output.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-job", job.name)));
     let folder = RunFolder::create(&place).map_err(|e| failure(SimError::Folder(e)))?;
     let whole = folder.path().canonicalize().map_err(|e| failure(SimError::Folder(e)))?;
 

@@ -47,11 +47,11 @@ fn measure_stock(args: &MeasureArgs, stock: &Path) -> Result<(), Failure> {
         return Err(Failure::new("no measurement requested")
             .with_help("add --section z=12.5, --distance 10,0,5 or --wall 0,-3,-1,0,1,0"));
     }
-    let ending = args.out.as_deref().map(|out| ending(out, questions.section.is_some())).transpose()?;
-    args.out.as_deref().map_or(Ok(()), |out| check(out, args.force))?;
+    let ending = args.output.as_deref().map(|out| ending(out, questions.section.is_some())).transpose()?;
+    args.output.as_deref().map_or(Ok(()), |out| check(out, args.force))?;
     let answers = ask(&questions).map_err(|e| Failure::from(&e))?;
     print(&answers);
-    let (Some(out), Some(ending)) = (&args.out, ending) else { return Ok(()) };
+    let (Some(out), Some(ending)) = (&args.output, ending) else { return Ok(()) };
     put(out, args.force, |out| {
         let written = match (ending, &answers.section) {
             (MeasureFormat::Svg, Some(section)) => write_section_svg(out, section),
@@ -77,12 +77,12 @@ fn ending(out: &Path, with_section: bool) -> Result<MeasureFormat, Failure> {
         Some("csv") => MeasureFormat::Csv,
         Some("json") => MeasureFormat::Json,
         _ => {
-            return Err(Failure::new(format!("--out {}: unknown file extension", out.display()))
+            return Err(Failure::new(format!("--output {}: unknown file extension", out.display()))
                 .with_help("use .json (everything), .svg or .csv (the section)"));
         }
     };
     if ending != MeasureFormat::Json && !with_section {
-        return Err(Failure::new(format!("--out {}: only a section can be drawn", out.display()))
+        return Err(Failure::new(format!("--output {}: only a section can be drawn", out.display()))
             .with_help("add --section z=12.5, or use the extension .json"));
     }
     Ok(ending)

@@ -9,6 +9,7 @@ pub(crate) mod job;
 pub(crate) mod kinematics;
 pub(crate) mod machine;
 pub(crate) mod measure;
+pub(crate) mod migrate;
 pub(crate) mod nc;
 pub(crate) mod new;
 mod output_file;

@@ -12,7 +12,7 @@ use crate::{
     failure::Failure,
 };
 
-/// Everything about one file, as `--json` and `--out X.json` give it.
+/// Everything about one file, as `--json` and `--output X.json` give it.
 #[derive(Serialize)]
 struct TextureAnswer<'a> {
     file: String,
@@ -72,7 +72,7 @@ pub(crate) fn measure(args: &MeasureArgs, path: &Path, as_profile: bool) -> Resu
         remarks: &read.remarks,
         report: &report,
     };
-    let ending = args.out.as_deref().map(|out| TextureFormat::of(out, &read.measured)).transpose()?;
+    let ending = args.output.as_deref().map(|out| TextureFormat::of(out, &read.measured)).transpose()?;
     if args.json {
         let text = serde_json::to_string_pretty(&answer).map_err(Failure::new)?;
         say!("{text}");
@@ -83,7 +83,7 @@ pub(crate) fn measure(args: &MeasureArgs, path: &Path, as_profile: bool) -> Resu
         }
         say!("{}", report.to_string().trim_end());
     }
-    if let (Some(out), Some(ending)) = (&args.out, ending) {
+    if let (Some(out), Some(ending)) = (&args.output, ending) {
         super::output_file::put(out, args.force, |beside| write(beside, ending, &answer, &read.measured))?;
         if !args.json {
             say!("written: {}", out.display());
@@ -145,12 +145,12 @@ impl TextureFormat {
             Some("sdf") => Self::Sdf,
             Some("x3p") => Self::X3p,
             _ => {
-                return Err(Failure::new(format!("--out {}: unknown file extension for a texture", out.display()))
+                return Err(Failure::new(format!("--output {}: unknown file extension for a texture", out.display()))
                     .with_help("use .json (everything), .png (picture of a map), .sdf or .x3p (the heights)"));
             }
         };
         if ending == Self::Png && matches!(measured, Measured::Profile(_)) {
-            return Err(Failure::new(format!("--out {}: only a map can be drawn", out.display()))
+            return Err(Failure::new(format!("--output {}: only a map can be drawn", out.display()))
                 .with_help("use the extension .json"));
         }
         Ok(ending)

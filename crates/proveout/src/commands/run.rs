@@ -48,13 +48,13 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
             RerunArg::Off => Recorded::Folder,
             _ => Recorded::Recording,
         },
-        free_axes: args.free_axes.map_or(0, usize::from),
+        free_axes: args.orientation_maps.map_or(0, usize::from),
         preview: args.preview,
         stop_at: args.stop_at.clone(),
         set: args.set.clone(),
         ..Choice::default()
     };
-    let overhangs = if args.overhang {
+    let overhangs = if args.find_stickout {
         let search = || least_overhangs(&args.scene, &choice, &mut |run| tell!("overhang: {run}"));
         pool.install(search).map_err(|e| Failure::from(&e))?
     } else {
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     choice.least_overhang_mm = by_tool(&overhangs);
     let read = || Prepared::read_announced(&args.scene, &choice, &mut announce);
     let mut prepared = pool.install(read).map_err(|e| Failure::from(&e))?;
-    if !args.overhang {
+    if !args.find_stickout {
         let search = || least_of_assumed(&args.scene, &choice, &prepared);
         choice.least_overhang_mm = by_tool(&pool.install(search).map_err(|e| Failure::from(&e))?);
         prepared.least_overhang_mm.clone_from(&choice.least_overhang_mm);
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     {
         tell!("{line}");
     }
-    let place = args.out.clone().unwrap_or_else(|| default_place(&prepared, args.preview, args.stop_at.is_some()));
+    let place = args.output.clone().unwrap_or_else(|| default_place(&prepared, args.preview, args.stop_at.is_some()));
     if args.preview {
         tell!("preview with coarse cells: not a full check");
     }
@@ -106,7 +106,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     for line in &result.free_axes {
         say!("  free axes: {line}");
     }
-    if args.overhang {
+    if args.find_stickout {
         print_overhangs(&overhangs);
     }
     Ok(accepted(&result.verdict, &args.accept_unchecked))

@@ -52,7 +52,7 @@ fn of(e: SimError) -> Failure {
 fn plan(args: &SweepPlanArgs) -> Result<(), Failure> {
     let begin = Instant::now();
     let sweep = Sweep::read(&args.sweep).map_err(|e| of(e.into()))?;
-    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-sweep", sweep.file.name)));
+    let out = args.output.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-sweep", sweep.file.name)));
     let report = write_plan(&sweep, &out).map_err(of)?;
     say!("{} jobs planned in {:.2} s", report.jobs, begin.elapsed().as_secs_f64());
     if let Some(motion) = &report.motion {

@@ -117,7 +117,7 @@ impl Shop {
     fn run(&self) -> (i32, String) {
         let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
             .current_dir(self.path())
-            .args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"])
+            .args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "2"])
             .output()
             .expect("the program starts");
         let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);

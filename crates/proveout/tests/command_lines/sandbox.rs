@@ -71,6 +71,20 @@ band = [55, 65]
 source = "made up: two thirds of the time would be saved at three times the feed"
 "#;
 
+/// A scene with keys that have another name today.
+const BEFORE: &str = r#"name = "before"
+machine = "../machines/spinner-u5-620"
+tools = "../tools/axis-cross.toml"
+resolution_mm = 1.0
+
+[mount]
+translation_mm = [0, 0, 160]
+chosen = true # as high as the spindle reaches
+
+[limits]
+blocks = 1000
+"#;
+
 /// Makes the folder.
 pub(crate) fn sandbox() -> TempDir {
     let folder = tempfile::tempdir().expect("temporary folder");
@@ -82,7 +96,7 @@ pub(crate) fn sandbox() -> TempDir {
     for name in ["tests/first-part", "tests/own-machine", "tests/job", "tests/sweep"] {
         symlink(root.join(name), to.join(name)).expect("a link");
     }
-    for name in ["out", "part", "bin", "scenes"] {
+    for name in ["out", "part", "bin", "scenes", "before"] {
         fs::create_dir(to.join(name)).expect("made");
     }
     let write = |name: &str, text: &str| fs::write(to.join(name), text).expect("written");
@@ -99,6 +113,8 @@ pub(crate) fn sandbox() -> TempDir {
     for name in ["stand-in.mpf", "Coordinate_system_representation_Achskreuz.mpf"] {
         write(name, &stand_in);
     }
+    write("before/scene.toml", BEFORE);
+    write("before/tools.toml", "[[tool]]\nnumber = 1\ngauge_length_is = \"measured\"\n");
     write("part.stl", &block());
     write("joints.csv", "label,X_mm,Y_mm,Z_mm,B_deg,A_deg\nhome,0,0,300,0,0\ntilted,10,20,300,5,-90\n");
     write("poses.csv", "x_mm,y_mm,z_mm,i,j,k\n0,0,300,0,0,1\n10,20,30,0,0.6,0.8\n");
@@ -148,7 +164,7 @@ fn smaller(from: &Path, to: &Path) {
                     // The first turns of the blade; the program ends on it.
                     ("min_mm = [13.5, -200, -200]", "min_mm = [12.6, -200, -200]"),
                     ("max_mm = [16.5, 200, 200]", "max_mm = [12.9, 200, 200]"),
-                    ("shown_s = [22, 34]", "shown_s = [2, 8]"),
+                    ("plot_window_s = [22, 34]", "plot_window_s = [2, 8]"),
                     ("size_mm = [3, 2.4]", "size_mm = [0.6, 0.6]"),
                     ("chord_error_mm = 0.001\nroot", "chord_error_mm = 0.02\nroot"),
                     // A few lines of the blade between platforms.

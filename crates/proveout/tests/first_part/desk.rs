@@ -76,7 +76,7 @@ impl Desk {
 
     /// Runs a scene; its verdict.
     pub(crate) fn verdict(&self, scene: &str) -> Value {
-        let output = self.call(&format!("run {scene} --rerun off --out out/{scene}"));
+        let output = self.call(&format!("run {scene} --rerun off --output out/{scene}"));
         assert!(matches!(output.status.code(), Some(0 | 1 | 3)), "{}", printed(&output));
         let text = fs::read_to_string(self.path(&format!("out/{scene}/verdict.json"))).expect("written");
         serde_json::from_str(&text).expect("JSON")

@@ -192,7 +192,7 @@ fn changed(program: impl Fn(String) -> String, scene: impl Fn(String) -> String)
 /// Causes that `check` tells, the first of them first; a run tells the same before it begins.
 fn causes(desk: &Desk) -> String {
     let output = desk.done("check plate");
-    let run = desk.call("run plate --rerun off --out out/plate");
+    let run = desk.call("run plate --rerun off --output out/plate");
     let stderr = String::from_utf8_lossy(&run.stderr).into_owned();
     for line in output.lines().filter_map(|l| l.split_once("before the run, ")) {
         assert!(stderr.contains(line.1), "{} is not in:\n{stderr}", line.1);
@@ -323,7 +323,7 @@ fn a_design_in_inch_is_reported_before_the_run_and_never_converted() {
     let desk = changed(|p| p, |s| s.replace("[[program]]", "[part]\nmesh = \"../design.stl\"\n\n[[program]]"));
     desk.write("design.stl", &block([0.0, 0.0, -0.6], [4.0, 3.0, -0.02]));
     let words = ["25.4 times smaller than the stock", "its numbers look like inches", "mesh_unit = \"inch\""];
-    for call in ["check plate", "run plate --rerun off --out out"] {
+    for call in ["check plate", "run plate --rerun off --output out"] {
         desk.refused(call, &words);
     }
     // The unit that the scene states is no longer asked for.

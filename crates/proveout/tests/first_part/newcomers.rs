@@ -263,7 +263,7 @@ fn findings_and_paths_say_what_is_missing() {
     let text = "O1\n(T1 D=10. CR=0. - ZMIN=-3. - FLAT END MILL)\nG21 G90 G17\nT1 M6\nM3\nG54 G0 X-20. Y0.\nG43 H1 Z20.\nZ2.\nG1 Z-3. F100.\nX70.\nG0 Z20.\nM30\n";
     desk.write("nc/slow.nc", text);
     desk.done("new nc/slow.nc --machine three-axis-mill --answers answers.toml --output jobs/slow");
-    let output = desk.call("run jobs/slow --rerun off --out out/slow");
+    let output = desk.call("run jobs/slow --rerun off --output out/slow");
     assert!(
         printed(&output).contains("it is on but has no speed: the S word is missing, or is S0"),
         "{}",
@@ -271,7 +271,7 @@ fn findings_and_paths_say_what_is_missing() {
     );
     let text = text.replace("M3\n", "");
     desk.write("nc/slow.nc", &text);
-    let output = desk.call("run jobs/slow --rerun off --out out/off");
+    let output = desk.call("run jobs/slow --rerun off --output out/off");
     assert!(printed(&output).contains("no M3 or M4 is in force"), "{}", printed(&output));
     // A fault is told with the path that a person would write.
     desk.write("nc/slow.nc", &text.replace("X70.", "G2 X70. Y3."));

@@ -186,11 +186,11 @@ fn a_part_on_a_table_that_is_tilted_stands_clear_of_it() {
     open_by_setup_alone(&verdict, "collision");
     // Where our guess is at fault, the finding says so: the stock in the table.
     let scene = fs::read_to_string(desk.path("side/scene.toml")).expect("written");
-    assert!(scene.contains("chosen = true"), "{scene}");
+    assert!(scene.contains("assumed = true"), "{scene}");
     let line = scene.lines().find(|l| l.starts_with("translation_mm")).expect("a mount");
     fs::write(desk.path("side/scene.toml"), scene.replace(line, "translation_mm = [0, 0, 10]")).expect("written");
     let errors = errors(&desk.verdict("side"));
-    assert!(errors.iter().any(|e| e.contains("the place of the part on the table is chosen")), "{errors:?}");
+    assert!(errors.iter().any(|e| e.contains("the place of the part on the table is assumed")), "{errors:?}");
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn ends(what: &str, shop: &Workshop, call: &[&str], codes: &[i32], words: &str) 
     assert!(output.text.contains(words) || verdict.contains(words), "{what}: {words:?} is not in {}", output.text);
 }
 
-const RUN: [&str; 7] = ["run", ".", "--out", "result", "--rerun", "off", "--threads=1"];
+const RUN: [&str; 7] = ["run", ".", "--output", "result", "--rerun", "off", "--threads=1"];
 
 /// Programs for the small block: text, and what is told. They took up to 9.7 GB, or did not end.
 const PROGRAMS: [(&str, &str); 10] = [

@@ -11,7 +11,7 @@ const MAGNITUDES: [(&str, &str, &str, [&str; 2]); 12] = [
     ("scene.toml", "Z_mm = 140", "Z_mm = 1e9", ["1e9", "-100000 to 100000"]),
     ("scene.toml", "Z_mm = 140", "Z_mm = nan", ["nan", "-100000 to 100000"]),
     ("scene.toml", "resolution_mm = 1.0", "resolution_mm = 1e-9", ["1e-9", "0.00001 to 1000"]),
-    ("scene.toml", "[stock]", "[limits]\nblocks = 0\n[stock]", ["`limits.blocks` = 0", "1 to 4294967295"]),
+    ("scene.toml", "[stock]", "[run_limits]\nblocks = 0\n[stock]", ["`run_limits.blocks` = 0", "1 to 4294967295"]),
     ("machine/machine.toml", "cycle_time_ms = 2", "cycle_time_ms = 1e-4", ["1e-4", "0.01 to 100"]),
     ("machine/machine.toml", "tool_change_time_s = 6", "tool_change_time_s = 1e300", ["1e300", "0 to 3600"]),
     ("machine/machine.toml", "radius_mm = ", "radius_mm = 1e18 # ", ["1e18", "-100000 to 100000"]),
@@ -107,13 +107,13 @@ fn over_travel_alone_goes_on() {
 #[test]
 fn limits_of_the_scene_end_a_program() {
     let shop = Workshop::new();
-    shop.scene("[limits]\nsimulated_time_s = 5");
+    shop.scene("[run_limits]\nsimulated_time_s = 5");
     let output = shop.run();
     assert_eq!(output.code(), Some(1), "{}", output.text);
     assert!(shop.read("result/verdict.json").contains("past the limit of 5 s"), "{}", output.text);
-    shop.scene("[limits]\nblocks = 4");
+    shop.scene("[run_limits]\nblocks = 4");
     let output = shop.refused(&["the program has run 4 blocks", "program.mpf:4"]);
-    assert!(output.text.contains("[limits]"), "the remedy: {}", output.text);
+    assert!(output.text.contains("[run_limits]"), "the remedy: {}", output.text);
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn wrong_calls_are_answered_at_once() {
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink("nowhere/at/all", shop.path().join("gone")).expect("linked");
-        let output = shop.call(&["run", ".", "--out", "gone", "--rerun", "off"]);
+        let output = shop.call(&["run", ".", "--output", "gone", "--rerun", "off"]);
         assert_eq!(output.code(), Some(2));
         assert!(output.text.contains("is a link to nowhere/at/all"), "{}", output.text);
     }

@@ -88,7 +88,7 @@ fn verify_says_what_it_did_not_check() {
             assert!(expect.text.contains(word), "{arguments:?}, {word}: {}", expect.text);
         }
     };
-    assert_eq!(shop.call(&["run", ".", "--out", "result", "--rerun", "file"]).code(), Some(3));
+    assert_eq!(shop.call(&["run", ".", "--output", "result", "--rerun", "file"]).code(), Some(3));
     let uncovered = "not checked, not covered by a digest: run.json";
     expect(&["verify", "result"], 0, &[uncovered, "not signed"]);
     // A recording is under a digest, whatever is done to it.
@@ -144,11 +144,11 @@ fn a_forged_stock_is_found_by_the_next_setup() {
     assert_eq!(shop.run().code(), Some(3));
     // A stock of another run, in order in itself.
     shop.write("program.mpf", PROGRAM.replace("X10", "X-10"));
-    let other = shop.call(&["run", ".", "--out", "other", "--rerun", "off"]);
+    let other = shop.call(&["run", ".", "--output", "other", "--rerun", "off"]);
     assert_eq!(other.code(), Some(3), "{}", other.text);
     fs::copy(shop.path().join("other/stock.dexel"), shop.path().join("result/stock.dexel")).expect("forged");
     shop.replace("scene.toml", "box = { min_mm = [-20, -20, -20], max_mm = [20, 20, 0] }", "from_run = \"result\"");
-    let output = shop.call(&["run", ".", "--out", "second", "--rerun", "off"]);
+    let output = shop.call(&["run", ".", "--output", "second", "--rerun", "off"]);
     assert_eq!(output.code(), Some(2), "{}", output.text);
     assert!(output.text.contains("is not as the run left it"), "{}", output.text);
 }
@@ -240,7 +240,7 @@ fn fail_and_unchecked_have_their_own_codes() {
     let unchecked: Vec<&str> =
         gates.iter().filter(|g| g["state"] == "unchecked").map(|g| g["name"].as_str().expect("name")).collect();
     let call = |gates: &[&str]| {
-        let mut all = vec!["run", ".", "--out", "result", "--rerun", "off"];
+        let mut all = vec!["run", ".", "--output", "result", "--rerun", "off"];
         all.extend(gates.iter().flat_map(|g| ["--accept-unchecked", *g]));
         shop.call(&all)
     };

@@ -84,10 +84,10 @@ fn a_measured_section_goes_over_nothing() {
     let shop = Workshop::new();
     assert_eq!(shop.run().code(), Some(3));
     shop.write("section.json", "mine");
-    let output = shop.call(&["measure", "result", "--section", "z=-1", "--out", "section.json"]);
+    let output = shop.call(&["measure", "result", "--section", "z=-1", "--output", "section.json"]);
     assert_eq!(output.code(), Some(2), "{}", output.text);
     assert_eq!(shop.read("section.json"), "mine");
-    let output = shop.call(&["measure", "result", "--section", "z=-1", "--out", "section.json", "--force"]);
+    let output = shop.call(&["measure", "result", "--section", "z=-1", "--output", "section.json", "--force"]);
     assert_eq!(output.code(), Some(0), "{}", output.text);
     assert!(shop.read("section.json").starts_with('{'));
 }

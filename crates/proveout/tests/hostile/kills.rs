@@ -91,7 +91,7 @@ fn same(what: &str, a: &BTreeMap<String, Vec<u8>>, b: &BTreeMap<String, Vec<u8>>
 fn stopped(shop: &Workshop, more: &[&str], signal: &str, after: Duration) -> Option<(Option<i32>, String, Duration)> {
     let said = shop.path().join("said.txt");
     let mut call = Command::new(env!("CARGO_BIN_EXE_proveout"));
-    call.args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "2"]).args(more);
+    call.args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "2"]).args(more);
     call.current_dir(shop.path()).stdin(Stdio::null()).stdout(Stdio::null());
     call.stderr(fs::File::create(&said).expect("made"));
     let mut child = call.spawn().expect("it starts");
@@ -116,7 +116,7 @@ fn stopped(shop: &Workshop, more: &[&str], signal: &str, after: Duration) -> Opt
 }
 
 fn going_on(shop: &Workshop) -> Told {
-    shop.call(&["run", ".", "--out", "result", "--rerun", "off", "--threads", "1", "--resume"])
+    shop.call(&["run", ".", "--output", "result", "--rerun", "off", "--threads", "1", "--resume"])
 }
 
 #[cfg(unix)]
@@ -224,7 +224,7 @@ fn only_the_run_that_was_stopped_goes_on() {
     let journal = fs::read(shop.path().join(JOURNAL)).expect("there");
     let program = shop.read("program.mpf");
     let refused = |arguments: &[&str], words: &[&str]| {
-        let mut call = vec!["run", ".", "--out", "result", "--rerun", "off", "--threads", "1", "--resume"];
+        let mut call = vec!["run", ".", "--output", "result", "--rerun", "off", "--threads", "1", "--resume"];
         call.extend(arguments);
         let output = shop.call(&call);
         assert_eq!(output.code(), Some(2), "{}", output.text);
@@ -276,7 +276,7 @@ fn two_runs_do_not_write_to_one_place() {
     let first = shop.path().to_owned();
     let under_way = thread::spawn(move || {
         let mut call = Command::new(env!("CARGO_BIN_EXE_proveout"));
-        call.args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "1"]).current_dir(first);
+        call.args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "1"]).current_dir(first);
         call.stdin(Stdio::null()).output().expect("it runs").status.code()
     });
     let begin = Instant::now();
@@ -299,7 +299,7 @@ fn a_full_disk_leaves_the_older_run_and_says_so() {
     let before = files(&shop.path().join("result"));
     for blocks in [0, 8, 60, 400] {
         let shell = format!(
-            "trap '' XFSZ; ulimit -f {blocks}; exec {:?} run . --out result --rerun off --threads 1",
+            "trap '' XFSZ; ulimit -f {blocks}; exec {:?} run . --output result --rerun off --threads 1",
             env!("CARGO_BIN_EXE_proveout")
         );
         let mut call = Command::new("sh");

@@ -60,7 +60,7 @@ fn a_long_program_takes_no_more_memory_than_a_short_one() {
     let (text, blocks) = walk(minutes as f64, &mut Random(5));
     shop.write("program.mpf", text);
     let mut call = Command::new(env!("CARGO_BIN_EXE_proveout"));
-    call.args(["run", ".", "--out", "result", "--rerun", "off", "--threads", "1"]).current_dir(shop.path());
+    call.args(["run", ".", "--output", "result", "--rerun", "off", "--threads", "1"]).current_dir(shop.path());
     let mut child = call.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts");
     let (mut most, mut journal) = (0, 0);
     let code = loop {

@@ -254,7 +254,7 @@ struct Seed {
 
 fn seeds(shop: &Workshop) -> Vec<Seed> {
     let words = |call: &str| call.split(' ').map(str::to_owned).collect::<Vec<_>>();
-    let run = "run . --out result --rerun off --threads 1";
+    let run = "run . --output result --rerun off --threads 1";
     let mut all = Vec::new();
     let mut put = |name: &str, bytes: &[u8], binary: bool, call: &str| {
         all.push(Seed { name: name.to_owned(), bytes: bytes.to_vec(), binary, call: words(call) });
@@ -266,7 +266,7 @@ fn seeds(shop: &Workshop) -> Vec<Seed> {
     }
     for (name, text) in PROGRAMS {
         shop.write(name, text);
-        put(name, text.as_bytes(), false, &format!("run . --nc {name} --out result --rerun off --threads 1"));
+        put(name, text.as_bytes(), false, &format!("run . --nc {name} --output result --rerun off --threads 1"));
         put(name, text.as_bytes(), false, &format!("nc {name} --post siemens-840d"));
         put(name, text.as_bytes(), false, &format!("check {name}"));
     }
@@ -280,11 +280,11 @@ fn seeds(shop: &Workshop) -> Vec<Seed> {
             name,
             &bytes,
             name != "text.stl" && name != "part.obj",
-            &format!("run {scene} --out result --rerun off --threads 1"),
+            &format!("run {scene} --output result --rerun off --threads 1"),
         );
     }
-    let first =
-        shop.call(&words("run . --out first --rerun off --threads 1").iter().map(String::as_str).collect::<Vec<_>>());
+    let first = shop
+        .call(&words("run . --output first --rerun off --threads 1").iter().map(String::as_str).collect::<Vec<_>>());
     assert_eq!(first.code(), Some(3), "{}", first.text);
     fs::copy(shop.path().join("first/stock.dexel"), shop.path().join("stock.dexel")).expect("copied");
     let stock = fs::read(shop.path().join("stock.dexel")).expect("read");
@@ -292,7 +292,7 @@ fn seeds(shop: &Workshop) -> Vec<Seed> {
         .read("scene.toml")
         .replace("box = { min_mm = [-20, -20, -20], max_mm = [20, 20, 0] }", "from_run = \"stock.dexel\"");
     shop.write("second.toml", text);
-    put("stock.dexel", &stock, true, "run second.toml --out result --rerun off --threads 1");
+    put("stock.dexel", &stock, true, "run second.toml --output result --rerun off --threads 1");
     put("stock.dexel", &stock, true, "measure stock.dexel --section z=-1");
     let manifest = shop.read("first/manifest.json");
     put("first/manifest.json", manifest.as_bytes(), false, "verify first");

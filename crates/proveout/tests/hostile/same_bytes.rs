@@ -47,7 +47,7 @@ fn the_same_bytes_come_from_everywhere_and_with_any_number_of_threads() {
     ];
     let mut first = None;
     for (folder, scene, name, threads) in calls {
-        let output = proveout(folder, &["run", scene, "--out", &out(name), "--rerun", "off", "--threads", threads]);
+        let output = proveout(folder, &["run", scene, "--output", &out(name), "--rerun", "off", "--threads", threads]);
         assert_eq!(output.code(), Some(1), "a rapid in material: {}", output.text);
         let found = files(&shop.path().join(name));
         let first = first.get_or_insert_with(|| found.clone());
@@ -92,7 +92,7 @@ fn every_file_of_a_run_folder_has_the_same_bytes_with_any_number_of_threads() {
         .replace("../../machines/three-axis-mill", &machine)
         .replace("../../tools/face-mill-marks.toml", "tools.toml")
         .replace("resolution_mm = 0.25", "resolution_mm = 0.5")
-        .replace("step_um = 10", "step_um = 100\nphases = 2")
+        .replace("step_um = 10", "step_um = 100\nrandom_phases = 2")
         .replace("[stock]\n", "[stock]\nhistory = true\n")
         .replace(
             "[part]\n",
@@ -105,7 +105,7 @@ fn every_file_of_a_run_folder_has_the_same_bytes_with_any_number_of_threads() {
     for (folder, scene, name, threads) in
         [(shop.path(), ".", "a", "1"), (&*elsewhere, "..", "b", "2"), (&*elsewhere, "../scene.toml", "c", "7")]
     {
-        let output = proveout(folder, &["run", scene, "--out", &out(name), "--rerun", "off", "--threads", threads]);
+        let output = proveout(folder, &["run", scene, "--output", &out(name), "--rerun", "off", "--threads", threads]);
         assert!(matches!(output.code(), Some(0 | 1 | 3)), "{}", output.text);
         let found = files(&shop.path().join(name));
         assert_eq!(found.keys().map(String::as_str).collect::<Vec<_>>(), ALL, "a new file has its place in this list");
@@ -126,7 +126,7 @@ fn a_comparison_has_the_same_bytes_from_everywhere_and_with_any_number_of_thread
     for (folder, scene, name, threads) in
         [(shop.path(), ".", "a", "1"), (&*elsewhere, "..", "b", "2"), (&*elsewhere, &scene, "c", "7")]
     {
-        let call = ["compare", scene, "--out", &out(name), "--rerun", "off", "--threads", threads];
+        let call = ["compare", scene, "--output", &out(name), "--rerun", "off", "--threads", threads];
         let output = proveout(folder, &call);
         assert_eq!(output.code(), Some(3), "no design part: {}", output.text);
         let found = files(&shop.path().join(name));
@@ -139,7 +139,7 @@ fn a_comparison_has_the_same_bytes_from_everywhere_and_with_any_number_of_thread
     }
     // What a script tolerates is named gate by gate.
     let call = |more: &[&str]| {
-        let mut all = vec!["compare", ".", "--out", "d", "--rerun", "off", "--threads", "1"];
+        let mut all = vec!["compare", ".", "--output", "d", "--rerun", "off", "--threads", "1"];
         all.extend(more);
         shop.call(&all)
     };

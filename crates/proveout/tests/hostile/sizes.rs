@@ -69,10 +69,10 @@ fn a_stock_that_the_rays_miss_is_refused_with_the_cells_that_hold_it() {
 fn the_cell_size_has_one_range() {
     for value in ["5000", "1e300", "0.000001", "0", "-1", "nan"] {
         let shop = Workshop::new();
-        let of_call = shop.call(&["run", ".", &format!("--resolution-mm={value}"), "--out", "result"]);
-        let of_set = shop.call(&["run", ".", "--set", &format!("resolution_mm={value}"), "--out", "result"]);
+        let of_call = shop.call(&["run", ".", &format!("--resolution-mm={value}"), "--output", "result"]);
+        let of_set = shop.call(&["run", ".", "--set", &format!("resolution_mm={value}"), "--output", "result"]);
         shop.replace("scene.toml", "resolution_mm = 1.0", &format!("resolution_mm = {value}"));
-        let of_scene = shop.call(&["run", ".", "--out", "result"]);
+        let of_scene = shop.call(&["run", ".", "--output", "result"]);
         for output in [of_call, of_set, of_scene] {
             assert_eq!(output.code(), Some(2), "{value}: {}", output.text);
             let is_named = output.text.contains("out of range: 0.00001 to 1000");
@@ -103,7 +103,7 @@ fn meshes_in_another_unit_are_refused_until_it_is_stated() {
                 }
             };
             place("mesh = \"body.stl\"");
-            for call in [&["check", "."][..], &["run", ".", "--out", "result"]] {
+            for call in [&["check", "."][..], &["run", ".", "--output", "result"]] {
                 let output = shop.call(call);
                 assert_eq!(output.code(), Some(2), "{role} {unit}: {}", output.text);
                 assert!(

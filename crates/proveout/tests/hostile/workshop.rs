@@ -143,7 +143,7 @@ impl Workshop {
     }
 
     pub(crate) fn run(&self) -> Told {
-        self.call(&["run", ".", "--out", "result", "--rerun", "off", "--threads", "1"])
+        self.call(&["run", ".", "--output", "result", "--rerun", "off", "--threads", "1"])
     }
 
     /// Runs and asserts that it is refused with exit code 2 and all of `words`, at once.

@@ -137,7 +137,7 @@ fn run(rows: u32) -> (TempDir, PathBuf) {
     }
     let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
         .current_dir(folder.path())
-        .args(["run", ".", "--out", "result", "--rerun", "off"])
+        .args(["run", ".", "--output", "result", "--rerun", "off"])
         .output()
         .expect("the program starts");
     let printed = String::from_utf8_lossy(&output.stderr);

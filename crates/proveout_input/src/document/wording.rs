@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 
 use super::toml_fault::{ExpectedType, TomlFault};
+use crate::renamed_key;
 
 /// What the reader's message means.
 pub(super) struct Said {
@@ -59,7 +60,9 @@ pub(super) fn of(message: &str, there: &str) -> Said {
 fn unknown_key(key: &str, known: &[&str]) -> Said {
     let units = known.iter().filter(|k| k.strip_prefix(key).is_some_and(|rest| rest.starts_with('_')));
     let units: Vec<String> = units.map(|k| format!("`{k}`")).collect();
-    let (code, remedy) = if !units.is_empty() && !key.is_empty() {
+    let (code, remedy) = if let Some(new) = renamed_key(key, known) {
+        ("input-unknown-key", format!("its name is `{new}` now: write that, or let `proveout migrate` rename it"))
+    } else if !units.is_empty() && !key.is_empty() {
         ("input-unit-missing", format!("a key carries its unit: write {}", units.join(" or ")))
     } else if let Some(near) = nearest(key, known.iter().copied()) {
         ("input-unknown-key", format!("did you mean `{near}`?"))

@@ -292,7 +292,9 @@ impl<L: Language> Channel<L> {
             column,
             length,
             about: None,
-            help: Some("end the loop, split the program, or raise the limit (blocks under [limits] of a scene)".into()),
+            help: Some(
+                "end the loop, split the program, or raise the limit (blocks under [run_limits] of a scene)".into(),
+            ),
         }))
     }
 

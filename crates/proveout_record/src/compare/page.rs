@@ -229,7 +229,8 @@ fn demand_plot(c: &Comparison, pictures: &Pictures, joint: usize) -> Option<Plot
         (format!("Velocity, {unit}/s"), series(|r| r.velocity), limit(0)),
         (format!("Acceleration, {unit}/s²"), series(|r| r.acceleration), limit(1)),
     ];
-    let charts = stack(&title, "programmed time since the begin of the cutting stretch, s", pictures.shown_s, strips);
+    let charts =
+        stack(&title, "programmed time since the begin of the cutting stretch, s", pictures.plot_window_s, strips);
     let note = "Differences over the blocks of the program; equal abscissas are equal places on the part. Dashed: limit of the machine.";
     Some(Plot { title, note: note.into(), keys: keys(c), charts, figures: Vec::new() })
 }

@@ -193,7 +193,7 @@ fn compared(text: &str) -> Compared {
             difference: vec![Vec::new(), values],
             unrolled: (0..8).map(|i| [f64::from(i) * 10.0, f64::from(i % 3)]).collect(),
         }),
-        shown_s: None,
+        plot_window_s: None,
     };
     Compared { comparison, pictures }
 }

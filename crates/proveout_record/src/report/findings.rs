@@ -186,7 +186,7 @@ const REMEDIES: [(Code, &str); 28] = [
     ),
     (
         finding::HOLDER_IN_STOCK,
-        "Run again with --overhang: it finds the least length that clears, where one does. Or cut less deep, or tilt the tool away from the wall.",
+        "Run again with --find-stickout: it finds the least length that clears, where one does. Or cut less deep, or tilt the tool away from the wall.",
     ),
     (
         finding::COLLISION,

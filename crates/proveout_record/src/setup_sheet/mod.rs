@@ -183,7 +183,7 @@ impl SetupSheetObserver {
             "open": open,
             "picture": self.picture,
             "mount": [place(&at), fixed(turn, 3), fixed(tilt, 3)],
-            "mount_chosen": file.mount.chosen,
+            "mount_assumed": file.mount.assumed,
             "workholding": file.workholding_in_words(),
             "verdict": v.verdict.word(),
             "not_asked": v.not_asked().join(", "),

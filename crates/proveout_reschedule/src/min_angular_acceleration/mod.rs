@@ -223,7 +223,7 @@ impl MinAngularAcceleration {
                     "no axis that leans by at most {:.1} degrees from the table's axis is free at this key",
                     self.cap.to_degrees()
                 );
-                let help = "set a larger cap_deg, or take a slimmer or longer tool";
+                let help = "set a larger max_key_lean_deg, or take a slimmer or longer tool";
                 Err(RescheduleError::new("reschedule-channel", line(k + 1), message, help))
             }
             Some(Ok(found)) => {

@@ -158,7 +158,7 @@ impl Smooth {
             return Err(RescheduleError::new(
                 "reschedule-option",
                 0,
-                format!("time_given_up_percent = {:.6} of smooth is outside of its range", 100.0 * self.given_up),
+                format!("max_time_loss_percent = {:.6} of smooth is outside of its range", 100.0 * self.given_up),
                 "0 to 10 percent",
             ));
         }

@@ -261,7 +261,7 @@ impl Comparing {
         let mut all = BTreeMap::new();
         for (name, (motion, ideal, made)) in &motions {
             let machine = machines.get(name).ok_or("no machine")?;
-            let stretch = stretch_of(self.file.run_ends_s, machine, motion, ideal);
+            let stretch = stretch_of(self.file.trimmed_ends_s, machine, motion, ideal);
             let made = made.clone().map(|m| Made {
                 center_shift_mm: motions.get(m.from.as_str()).and_then(|(_, source, _)| ideal.center_shift(source)),
                 ..m

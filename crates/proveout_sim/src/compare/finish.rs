@@ -71,7 +71,7 @@ impl Comparing {
             must_pass: self.file.must_pass.clone(),
             published: Vec::new(),
             expectations: Vec::new(),
-            rules: rules(self.file.run_ends_s),
+            rules: rules(self.file.trimmed_ends_s),
         };
         if comparison.programs.values().any(|p| p.stretch.as_ref().is_some_and(|s| s.depth.is_some())) {
             comparison.rules.insert("depth".to_owned(), DEPTH_RULE.to_owned());
@@ -152,7 +152,7 @@ impl Comparing {
     }
 
     pub(super) fn stretch(&self, entry: &Entry) -> Option<Stretch> {
-        stretch_of(self.file.run_ends_s, &entry.case.machine, entry.motion.as_ref()?, entry.ideal.as_ref()?)
+        stretch_of(self.file.trimmed_ends_s, &entry.case.machine, entry.motion.as_ref()?, entry.ideal.as_ref()?)
     }
 
     fn gains(&self, programs: &BTreeMap<String, ProgramFigures>) -> BTreeMap<String, Gain> {
@@ -202,7 +202,7 @@ impl Comparing {
 
     fn pictures(mut self, differences: Vec<Vec<f64>>) -> Pictures {
         let joints: Vec<JointPicture> = joints_of(&self.entries[self.baseline].case.machine);
-        let (ends, shown) = (self.file.run_ends_s, self.file.shown_s);
+        let (ends, shown) = (self.file.trimmed_ends_s, self.file.plot_window_s);
         if let Some(part) = &mut self.part {
             part.difference = differences;
             for (values, entry) in part.deviation.iter_mut().zip(&mut self.entries) {
@@ -230,7 +230,7 @@ impl Comparing {
             }
         };
         let programs = self.entries.iter_mut().map(picture).collect();
-        Pictures { programs, joints, part: self.part, shown_s: shown }
+        Pictures { programs, joints, part: self.part, plot_window_s: shown }
     }
 }
 

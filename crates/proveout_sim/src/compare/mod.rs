@@ -268,7 +268,7 @@ impl Comparing {
     /// # Errors
     /// [`SimError`] when a program cannot be executed on the nominal twin.
     pub fn vary(&mut self, told: &(dyn Fn(usize, usize) + Sync)) -> Result<(), SimError> {
-        let ends = self.file.run_ends_s;
+        let ends = self.file.trimmed_ends_s;
         // The dynamics of the twin are those of the baseline; another program may have its own.
         let mut twins = variations(self.entries[self.baseline].case.settings.dynamics);
         let limited = !self.entries[self.baseline].changed_limits.is_empty();
@@ -435,7 +435,7 @@ impl Comparing {
     }
 
     fn nominal_time(&self, entry: &Entry) -> VariedTime {
-        entry.motion.as_ref().map_or_else(VariedTime::default, |m| varied_time(m, self.file.run_ends_s))
+        entry.motion.as_ref().map_or_else(VariedTime::default, |m| varied_time(m, self.file.trimmed_ends_s))
     }
 
     /// Hands out a program to be run; none when it is unknown or was handed out before.
@@ -461,7 +461,7 @@ impl Comparing {
     /// program; none before [`Self::vary`] and where there is no stretch.
     pub fn windows(&self, name: &str) -> Option<[[f64; 2]; 2]> {
         let entry = self.entries.iter().find(|e| e.name == name)?;
-        windows(entry.motion.as_ref()?, self.file.run_ends_s, self.file.shown_s)
+        windows(entry.motion.as_ref()?, self.file.trimmed_ends_s, self.file.plot_window_s)
     }
 
     /// Name of a program's run folder: its own name where that is a plain file name, else its number in the scene.
@@ -516,7 +516,7 @@ impl Entry {
             runs: runs.to_vec(),
             digests: prepared.digests.clone(),
             again: choices::Again::new(&prepared),
-            judged: prepared.scene.file.part.as_ref().is_some_and(|p| p.judged.is_some()),
+            judged: prepared.scene.file.part.as_ref().is_some_and(|p| p.judged_box.is_some()),
             prepared: Some(prepared),
             motion: None,
             ideal: None,

@@ -19,7 +19,7 @@ pub struct Pictures {
     /// The cut parts; none without a design.
     pub part: Option<PartPicture>,
     /// Stretch that plots over programmed time show closely, s since the begin of the cutting stretch.
-    pub shown_s: Option<[f64; 2]>,
+    pub plot_window_s: Option<[f64; 2]>,
 }
 
 /// A joint and its limits; mm or degrees, seconds.

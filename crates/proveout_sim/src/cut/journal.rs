@@ -74,7 +74,7 @@ impl Begun {
             ("--plant".to_owned(), given(choice.plant.as_ref())),
             ("--preview".to_owned(), choice.preview.to_string()),
             ("--stop-at".to_owned(), given(choice.stop_at.as_ref())),
-            ("--free-axes".to_owned(), choice.free_axes.to_string()),
+            ("--orientation-maps".to_owned(), choice.free_axes.to_string()),
             ("--set".to_owned(), choice.set.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
             ("the overhang of tools".to_owned(), format!("{:?} {:?}", choice.clamped_out_mm, choice.least_overhang_mm)),
         ];

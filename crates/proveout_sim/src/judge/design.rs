@@ -161,7 +161,7 @@ pub(crate) fn design(prepared: &Prepared) -> Option<Design<'_>> {
         (Some((measured, blade)), _) => (Arc::new(blade), NEAREST_ERROR_MM, measured, "closed form of the blade"),
         (None, None) => (tree.clone(), stated, stated, MESH),
     };
-    let name = if part.judged.is_some() { "surface in the judged box" } else { "whole surface" };
+    let name = if part.judged_box.is_some() { "surface in the judged box" } else { "whole surface" };
     Some(Design {
         surface,
         solid: Some((mesh, tree)),

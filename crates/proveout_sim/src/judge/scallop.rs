@@ -61,7 +61,7 @@ pub(crate) fn measure(
     };
     let Some(design) = design(prepared) else { return Some(Err("the scene has no design part".into())) };
     let windows: Vec<Aabb> = patches.iter().map(|p| *p.window()).collect();
-    let region = prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb());
+    let region = prepared.scene.file.part.as_ref().and_then(|p| p.judged_box).map(|b| b.aabb());
     let stocks = std::iter::once((None, stock)).chain(patches.iter().enumerate().map(|(k, p)| (Some(k), p.stock())));
     let mut found = Ridges::default();
     for (patch, rays) in stocks {

@@ -98,7 +98,7 @@ pub(crate) fn survey(
     let tolerances = &prepared.scene.file.tolerances;
     let floor = design.as_ref().map_or(0.0, |d| d.floor) + finest;
     let solid_floor = design.as_ref().map_or(0.0, |d| d.solid_floor) + finest;
-    let region = prepared.scene.file.part.as_ref().and_then(|p| p.judged).map(|b| b.aabb());
+    let region = prepared.scene.file.part.as_ref().and_then(|p| p.judged_box).map(|b| b.aabb());
     let part = |s: &TriDexel, window| AreaPart { corner: s.bounds().min, cells: s.cells_mm(), window };
     let parts: Vec<AreaPart> =
         std::iter::once(part(stock, None)).chain(patches.iter().map(|p| part(p.stock(), Some(*p.window())))).collect();

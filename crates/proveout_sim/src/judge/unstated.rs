@@ -63,11 +63,11 @@ fn assumed_lengths(prepared: &Prepared, facts: &Facts) -> Vec<String> {
             let shortest = match prepared.least_overhang_mm.get(&tool.name) {
                 // Rounded up: a length that is printed clears.
                 Some(least) => format!("the shortest that clears is {:.1} mm", (least * 10.0 - ROUNDING).ceil() / 10.0),
-                None => "`proveout run --overhang` finds the shortest that clears".to_owned(),
+                None => "`proveout run --find-stickout` finds the shortest that clears".to_owned(),
             };
             Some(format!(
                 "assumed: the holder of {}, with {out}, a length that was chosen and not measured; {shortest}; state \
-                 gauge_length_is = \"measured\" or \"prescribed\" in the tool file",
+                 gauge_length_source = \"measured\" or \"prescribed\" in the tool file",
                 tool.name
             ))
         })

@@ -25,7 +25,7 @@ pub(crate) fn control_settings(scene: &Scene, dialect: Dialect) -> ControlSettin
         piece_tolerance: piece_tolerance(scene),
         default_tolerance: scene.file.control.path_tolerance_mm,
         pole_cone: scene.file.control.pole_cone_deg.map(rad),
-        max_time: scene.file.limits.max_time(),
+        max_time: scene.file.run_limits.max_time(),
         start_tool: scene.file.start.tool,
         length_active_after_change: length_active_after_change(dialect),
         length_in_machine_coordinates: length_in_machine_coordinates(dialect),

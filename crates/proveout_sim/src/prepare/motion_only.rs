@@ -1,7 +1,7 @@
 //! Motion of a program without stock: times, extremes of the joints, and what the program asks of them.
 //!
 //! *Cutting stretch.* A run is a sequence of blocks in feed without rapid motion or tool change between them.
-//! From each run the blocks within `run_ends_s` of programmed time from both ends are left out: approach,
+//! From each run the blocks within `trimmed_ends_s` of programmed time from both ends are left out: approach,
 //! run-up and retract. Programmed time is length over programmed feed, so that programs of the same structure
 //! keep the same blocks.
 //!

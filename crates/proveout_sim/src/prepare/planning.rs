@@ -17,7 +17,7 @@ use crate::{
         part_shape::Shape,
         programs::{Head, Writer, offset_of, tip},
     },
-    scene::{PathFile, PostedFile, Scene, StrategyFile, TimedByFile},
+    scene::{FeedReferenceFile, PathFile, PostedFile, Scene, StrategyFile},
     units::UM_PER_MM,
 };
 
@@ -238,7 +238,7 @@ pub fn plan_over(
         clearance: file.clearance_mm,
         feed: setting.feed,
         step: RAPID_STEP,
-        chords: file.timed_by == TimedByFile::Chord,
+        chords: file.feed_reference == FeedReferenceFile::Chord,
     };
     let moves = linked(surface, &cutter, &lines, &link).map_err(refused)?;
     let able = machine.control.kinematics.is_none_or(|k| k.tcp);

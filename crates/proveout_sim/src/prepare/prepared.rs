@@ -69,7 +69,7 @@ pub struct Prepared {
     /// Workpiece frame to table frame.
     pub table_from_work: Pose,
     /// The place of the workpiece on the table was assumed.
-    pub(crate) mount_chosen: bool,
+    pub(crate) mount_assumed: bool,
     /// Least overhangs that were searched, by name of the tool, mm.
     pub least_overhang_mm: BTreeMap<String, f64>,
     /// Places along the motion at which the free tool axes are looked for; zero for none.

@@ -193,7 +193,7 @@ impl Prepared {
             texture,
             fixtures,
             table_from_work,
-            mount_chosen: mount.chosen,
+            mount_assumed: mount.assumed,
             least_overhang_mm: choice.least_overhang_mm.clone(),
             free_axes: choice.free_axes,
             set: set_values::told(&choice.set),

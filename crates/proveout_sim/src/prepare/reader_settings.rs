@@ -40,7 +40,7 @@ impl Prepared {
         let (mut on_control, note) = settings_on(control.as_ref(), dialect(scene, entry, given)?, program)?;
         reading::of(entry).first().copied().unwrap_or_default().apply(&mut on_control);
         let work_offsets = work_offsets(scene, entry);
-        let limits = scene.file.limits.of_reader(on_control.limits);
+        let limits = scene.file.run_limits.of_reader(on_control.limits);
         Ok((NcSettings { compensation, work_offsets, limits, ..with_machine(on_control, machine) }, note))
     }
 
@@ -52,7 +52,7 @@ impl Prepared {
         Ok(NcSettings {
             dialect: dialect(scene, entry, false)?,
             work_offsets: work_offsets(scene, entry),
-            limits: scene.file.limits.of_reader(Limits::default()),
+            limits: scene.file.run_limits.of_reader(Limits::default()),
             ..NcSettings::default()
         })
     }

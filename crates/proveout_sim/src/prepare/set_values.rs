@@ -142,7 +142,7 @@ fn check(path: &Path, set: &[SetValue]) -> Result<(), InputError> {
 /// Keys of a scene that say nothing about a run.
 const OF_NO_RUN: [(&str, &str); 2] = [
     ("compare", "only comparisons: change it in the scene"),
-    ("name", "only the names of folders: choose the folder by --out"),
+    ("name", "only the names of folders: choose the folder by --output"),
 ];
 
 /// Refuses a value that could change nothing in the run of this program.

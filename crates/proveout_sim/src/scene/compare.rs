@@ -24,9 +24,9 @@ pub struct CompareFile {
     /// Time at both ends of every run in feed that does not belong to the cutting stretch (approach, run-up, retract),
     /// by the programmed feed, s. Programs of the same structure leave out the same blocks.
     #[serde(default)]
-    pub run_ends_s: f64,
+    pub trimmed_ends_s: f64,
     /// Part of the cutting stretch that the plots show closely, s of programmed feed from its begin.
-    pub shown_s: Option<[f64; 2]>,
+    pub plot_window_s: Option<[f64; 2]>,
     /// Programs whose own verdict counts; all when left out. An original that shows the fault of which a
     /// method frees it does not pass.
     pub must_pass: Option<Vec<String>>,
@@ -55,8 +55,8 @@ impl Default for CompareFile {
         Self {
             baseline: None,
             experiment: String::new(),
-            run_ends_s: 0.0,
-            shown_s: None,
+            trimmed_ends_s: 0.0,
+            plot_window_s: None,
             must_pass: None,
             motion_only: false,
             null_program: None,
@@ -314,12 +314,17 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
     if let Some(name) = compare.baseline.as_deref().filter(|name| !known(name)) {
         return fault("baseline", format!("the baseline {name:?} is not a program of the scene"), &programs);
     }
-    if !(0.0..1e6).contains(&compare.run_ends_s) {
-        let message = format!("run_ends_s = {} is not a time", compare.run_ends_s);
-        return fault("run_ends_s", message, "write seconds from 0");
+    if !(0.0..1e6).contains(&compare.trimmed_ends_s) {
+        let message = format!("trimmed_ends_s = {} is not a time", compare.trimmed_ends_s);
+        return fault("trimmed_ends_s", message, "write seconds from 0");
     }
-    if let Some([from, to]) = compare.shown_s.filter(|[from, to]| !(0.0 <= *from && from < to && to.is_finite())) {
-        return fault("shown_s", format!("shown_s = [{from}, {to}] is not a stretch"), "write [from, to] in seconds");
+    if let Some([from, to]) = compare.plot_window_s.filter(|[from, to]| !(0.0 <= *from && from < to && to.is_finite()))
+    {
+        return fault(
+            "plot_window_s",
+            format!("plot_window_s = [{from}, {to}] is not a stretch"),
+            "write [from, to] in seconds",
+        );
     }
     let must = compare.must_pass.iter().flatten().enumerate().map(|(i, name)| (vec![Key("must_pass"), Item(i)], name));
     let null = compare.null_program.iter().map(|name| (vec![Key("null_program")], name));

@@ -250,7 +250,7 @@ pub(crate) fn check_design(scene: &Scene, mesh: Option<&TriMesh>, stock: &Aabb) 
     let own = mesh.aabb();
     let Some((what, by_unit, unit)) = doubt_of_design(&own, stock) else { return Ok(()) };
     if by_unit {
-        if part.mesh_unit.is_some() || part.judged.is_some() {
+        if part.mesh_unit.is_some() || part.judged_box.is_some() {
             return Ok(());
         }
         return Err(refused(scene, named, "part", &own, &what, unit));

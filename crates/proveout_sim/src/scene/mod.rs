@@ -71,8 +71,8 @@ pub use self::mesh_unit::MeshUnitFile;
 pub use self::part::{ConeFrustumFile, PartFile};
 pub use self::patch::PatchFile;
 pub use self::plan::{
-    AxisFile, GivenAxisFile, HELIX, HelixFile, ParameterFile, PathFile, PlanFile, PostedFile, RulingsFile,
-    StrategyFile, TimedByFile,
+    AxisFile, FeedReferenceFile, GivenAxisFile, HELIX, HelixFile, ParameterFile, PathFile, PlanFile, PostedFile,
+    RulingsFile, StrategyFile,
 };
 pub use self::program::{ProgramFile, SwitchFile};
 pub use self::reschedule::{ChannelFile, InsetFile, InsetWordFile, KeyAxesFile, MethodFile, RescheduleFile};
@@ -139,7 +139,7 @@ pub struct SceneFile {
     pub control: ControlFile,
     /// Where a run ends that would not end by itself.
     #[serde(default)]
-    pub limits: RunLimitsFile,
+    pub run_limits: RunLimitsFile,
     /// Bounds of the gates.
     #[serde(default)]
     pub tolerances: Tolerances,
@@ -260,9 +260,9 @@ fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), InputError> {
     if let Some(message) = cells.iter().find_map(|cell| resolution_fault(*cell)) {
         return fault(file.resolution_mm.span().start, message, "write for example 0.2");
     }
-    if file.limits.blocks == Some(0) {
-        let at = offset_of(text, &[Key("limits"), Key("blocks")]);
-        let message = format!("`limits.blocks` = 0 is out of range: 1 to {}", u32::MAX);
+    if file.run_limits.blocks == Some(0) {
+        let at = offset_of(text, &[Key("run_limits"), Key("blocks")]);
+        let message = format!("`run_limits.blocks` = 0 is out of range: 1 to {}", u32::MAX);
         return fault(at, message, "leave it out for the default, ten million");
     }
     // These become names of files and folders.

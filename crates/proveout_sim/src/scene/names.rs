@@ -26,7 +26,7 @@ pub(crate) fn fault(name: &str) -> Option<String> {
 }
 
 /// What to do about it.
-pub(crate) const REMEDY: &str = "write letters, digits, blanks and - _ . + inside; folders are chosen with --out";
+pub(crate) const REMEDY: &str = "write letters, digits, blanks and - _ . + inside; folders are chosen with --output";
 
 #[cfg(test)]
 mod tests {

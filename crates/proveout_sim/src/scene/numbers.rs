@@ -28,9 +28,9 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, &'st
             "write 0 to 5, or leave it out for the machine's",
         ),
         (
-            "limits",
+            "run_limits",
             "simulated_time_s",
-            file.limits.simulated_time_s,
+            file.run_limits.simulated_time_s,
             1.0..=1e7,
             "write 1 to 10000000, or leave it out for 360000",
         ),
@@ -51,7 +51,7 @@ mod tests {
         let scene = |control: &str, limits: &str| {
             format!(
                 "name = \"part\"\nmachine = \"m\"\ntools = \"t\"\nresolution_mm = 1\n[stock]\nbox = {{ min_mm = [0, 0, 0], max_mm = [9, 9, 9] }}\n\
-                 [mount]\ntranslation_mm = [0, 0, 0]\n[control]\n{control}\n[limits]\n{limits}\n[[program]]\nname = \"a\"\nfile = \"a.nc\"\n"
+                 [mount]\ntranslation_mm = [0, 0, 0]\n[control]\n{control}\n[run_limits]\n{limits}\n[[program]]\nname = \"a\"\nfile = \"a.nc\"\n"
             )
         };
         let read = |control: &str, limits: &str| Scene::of_text("scene.toml".into(), &scene(control, limits));

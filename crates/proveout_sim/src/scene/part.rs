@@ -36,7 +36,7 @@ pub struct PartFile {
     /// File of the sections of a blade of kind `sections`, CSV; see docs/blades.md.
     pub sections: Option<PathBuf>,
     /// Only surface points in this box are judged, workpiece frame; everywhere when left out.
-    pub judged: Option<BoxFile>,
+    pub judged_box: Option<BoxFile>,
 }
 
 /// Lateral face of a circular cone frustum; only surface points on it are judged.
@@ -74,10 +74,10 @@ pub(crate) fn check(path: &Path, text: &str, part: &PartFile) -> Result<(), Inpu
     if part.mesh_unit.is_some() && part.mesh.is_none() {
         return fault("`mesh_unit` belongs to `mesh`", "leave it out, or give `mesh`");
     }
-    if let Some(b) = part.judged
+    if let Some(b) = part.judged_box
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])
     {
-        return at_key(&[Key("judged")], "the judged box is empty", "min_mm must be below max_mm");
+        return at_key(&[Key("judged_box")], "the judged box is empty", "min_mm must be below max_mm");
     }
     match &part.blade {
         Some(blade) => {

@@ -143,7 +143,7 @@ impl StrategyFile {
             }
             Self::Row => &["at", "along", "parameter", "trailing", "focus_inside"],
             Self::PointRoughing => &["scallop_mm", "lines", "along", "from_allowance_mm", "depth_mm", "start"],
-            Self::Flank => &["across", "along", "rulings", "below_mm", "flank_error_mm"],
+            Self::Flank => &["across", "along", "rulings", "beyond_end_mm", "flank_error_mm"],
         }
     }
 }
@@ -244,7 +244,7 @@ pub enum PostedFile {
 /// What the feed of a planned program holds for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum TimedByFile {
+pub enum FeedReferenceFile {
     /// The way of the contact along its line.
     #[default]
     Arc,
@@ -264,7 +264,7 @@ pub struct PathFile {
     pub feed_mm_min: f64,
     /// What that feed holds for: the way along the line (when left out), or the chord from contact to contact.
     #[serde(default)]
-    pub timed_by: TimedByFile,
+    pub feed_reference: FeedReferenceFile,
     /// Machine that the program is for, where it is not the scene's.
     pub machine: Option<PathBuf>,
     /// What the program holds; when left out, tool vectors where the control of the machine has tool center
@@ -334,7 +334,7 @@ pub struct PathFile {
     /// Which lines of the side are straight; the tip of the cutter lies beyond the first end of `along` or `across`.
     pub rulings: Option<RulingsFile>,
     /// How far the straight side of the cutter reaches beyond that end, mm; 0 when left out.
-    pub below_mm: Option<f64>,
+    pub beyond_end_mm: Option<f64>,
     /// How far the flank may cut into the side or stay off it, mm.
     pub flank_error_mm: Option<f64>,
 }
@@ -368,7 +368,7 @@ impl PathFile {
             ("one_way", self.one_way.is_some()),
             ("outwards", self.outwards.is_some()),
             ("rulings", self.rulings.is_some()),
-            ("below_mm", self.below_mm.is_some()),
+            ("beyond_end_mm", self.beyond_end_mm.is_some()),
             ("flank_error_mm", self.flank_error_mm.is_some()),
         ];
         all.into_iter().filter(|(_, given)| *given).map(|(key, _)| key).collect()
@@ -566,7 +566,7 @@ impl PathFile {
                 },
                 round: across,
                 along,
-                below: self.below_mm.unwrap_or(0.0),
+                below: self.beyond_end_mm.unwrap_or(0.0),
                 limit: self.flank_error_mm.ok_or_else(|| missing("flank_error_mm"))?,
             }),
         };

@@ -47,7 +47,7 @@ pub struct RescheduleFile {
     /// `singularity`: how the ends of a changed stretch are smoothed.
     pub junction: Option<Junction>,
     /// `min-angular-acceleration`: largest lean of key axes from the table's axis, degrees.
-    pub cap_deg: Option<f64>,
+    pub max_key_lean_deg: Option<f64>,
     /// `min-angular-acceleration`: half of the window at a key, mm.
     pub window_mm: Option<f64>,
     /// `min-angular-acceleration`: what the axes between keys are the least of.
@@ -73,7 +73,7 @@ pub struct RescheduleFile {
     pub coefficients: Option<usize>,
     /// `multi-scale`, `smooth` of rows: what a measurement is taken to read of the computed Ra, as
     /// a part of it; with it the study reports how many of 90 places are expected above `ra_um`.
-    pub measured_part: Option<f64>,
+    pub measured_ratio: Option<f64>,
     /// `multi-scale`, `smooth` of rows: standard deviation of what is read, as a part of it; 0 when left out.
     pub measured_spread: Option<f64>,
     /// `smooth`: where the limits of the axis come from.
@@ -83,7 +83,7 @@ pub struct RescheduleFile {
     /// `smooth`: the rotary axis does not turn back.
     pub monotone: Option<bool>,
     /// `smooth`: time of the control that is given up for a lower peak of acceleration, percent; 0.1 when left out.
-    pub time_given_up_percent: Option<f64>,
+    pub max_time_loss_percent: Option<f64>,
     /// `smooth` of rows: largest turn of the tool axis from the program's own, degrees.
     pub turn_max_deg: Option<f64>,
     /// `smooth` of rows: whether the axes at both ends of a row stay.
@@ -109,7 +109,7 @@ impl RescheduleFile {
             margin: self.margin_deg.map_or(defaults.margin, |d| d * TAU / 360.0),
             coefficients: self.coefficients.unwrap_or(defaults.coefficients),
             measurement: self
-                .measured_part
+                .measured_ratio
                 .map(|part| Measurement { part, spread: self.measured_spread.unwrap_or(0.0) }),
         }
     }
@@ -142,7 +142,7 @@ impl RescheduleFile {
             MethodFile::MinAngularAcceleration => {
                 let defaults = MinAngularAcceleration::default();
                 Box::new(MinAngularAcceleration {
-                    cap: self.cap_deg.map_or(defaults.cap, |d| d * TAU / 360.0),
+                    cap: self.max_key_lean_deg.map_or(defaults.cap, |d| d * TAU / 360.0),
                     window: self.window_mm.unwrap_or(defaults.window),
                     criterion: self.criterion.unwrap_or(defaults.criterion),
                     search: self.key_axes.map_or(defaults.search, |k| k == KeyAxesFile::Search),
@@ -169,7 +169,7 @@ impl RescheduleFile {
                     clearance,
                     lean_max: self.lean_max_deg.map_or(defaults.lean_max, |d| d * TAU / 360.0),
                     monotone: self.monotone.unwrap_or(defaults.monotone),
-                    given_up: self.time_given_up_percent.map_or(defaults.given_up, |p| 0.01 * p),
+                    given_up: self.max_time_loss_percent.map_or(defaults.given_up, |p| 0.01 * p),
                 })
             }
             MethodFile::Singularity => {

@@ -27,7 +27,7 @@ pub struct Mount {
     pub rotation_deg: [f64; 3],
     /// The place was assumed, not given: findings about what is mounted on the table say so.
     #[serde(default)]
-    pub chosen: bool,
+    pub assumed: bool,
 }
 
 impl Mount {

@@ -67,8 +67,8 @@ pub struct SurfaceFile {
     #[serde(default = "default_true")]
     pub profiles: bool,
     /// Repetitions with random spindle phases, for teeth whose phase is not given.
-    #[serde(default = "default_phases")]
-    pub phases: u32,
+    #[serde(default = "default_random_phases")]
+    pub random_phases: u32,
     /// Seed of the random phases.
     #[serde(default)]
     pub seed: u32,
@@ -109,7 +109,7 @@ fn default_true() -> bool {
     true
 }
 
-fn default_phases() -> u32 {
+fn default_random_phases() -> u32 {
     4
 }
 
@@ -286,9 +286,9 @@ pub(crate) fn check(path: &Path, text: &str, file: &SurfaceFile) -> Result<(), I
         let m = format!("max_height_mm = {} is out of range", file.max_height_mm);
         return fault(of_key("max_height_mm"), "[surface]", (m, "write a height above 0 and at most 100 mm"));
     }
-    if file.phases == 0 || file.phases > MOST_PHASES {
-        let m = format!("phases = {} is out of range", file.phases);
-        return fault(of_key("phases"), "[surface]", (m, "write 1 to 100 repetitions"));
+    if file.random_phases == 0 || file.random_phases > MOST_PHASES {
+        let m = format!("random_phases = {} is out of range", file.random_phases);
+        return fault(of_key("random_phases"), "[surface]", (m, "write 1 to 100 repetitions"));
     }
     let mut names: Vec<&str> = Vec::new();
     let entries = file.patch.iter().map(|p| (p.span().start, p.get_ref().name.as_str(), "patch"));

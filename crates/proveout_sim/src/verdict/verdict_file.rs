@@ -591,7 +591,7 @@ pub struct ToolUse {
     /// Removed volume, mm³.
     pub volume_mm3: f64,
     /// Least overhang at which nothing comes too near while the tool is in the spindle, mm, found
-    /// by runs of its own (`run --overhang`); null where it was not searched, or where no overhang
+    /// by runs of its own (`run --find-stickout`); null where it was not searched, or where no overhang
     /// is clear.
     pub min_overhang_mm: Option<f64>,
 }

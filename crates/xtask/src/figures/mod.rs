@@ -243,7 +243,7 @@ fn made(root: &Path, program: &Path, run: &FigureRun, wanted: &FigureRequest) ->
                 _ => command.arg(word),
             };
         }
-        command.arg("--out").arg(&folder);
+        command.arg("--output").arg(&folder);
         println!("proveout {}", run.command);
         let output = command.output().map_err(|e| TaskError(format!("cannot start {}: {e}", program.display())))?;
         // 1: the verdict is fail, 3: unchecked; both are results.

@@ -65,7 +65,7 @@ chord_error_mm = 0.01
 root = {{ x_mm = 0, platform = {{ fillet_radius_mm = 8, thickness_mm = 12, y_mm = [-33, 33], z_mm = [-33, 33] }} }}
 tip = {{ x_mm = 54, platform = {{ fillet_radius_mm = 8, thickness_mm = 8, y_mm = [-33, 33], z_mm = [-33, 33] }} }}
 
-[part.judged]
+[part.judged_box]
 min_mm = [14, -40, -40]
 max_mm = [40, 40, 40]
 

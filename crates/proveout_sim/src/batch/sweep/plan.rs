@@ -218,7 +218,7 @@ fn check_place(out: &Path) -> Result<(), SimError> {
     };
     if taken {
         let message = "is not empty and not the folder of a sweep: nothing is written into it";
-        return Err(InputError::file(out, message, "choose another folder by --out").into());
+        return Err(InputError::file(out, message, "choose another folder by --output").into());
     }
     Ok(())
 }

@@ -147,8 +147,8 @@ impl Engine<'_> {
         let of_tool =
             hit.roles.iter().filter_map(|role| Some(wording::chosen_of_tool(&self.prepared.tools, hit.tool?, *role)));
         let mut all: String = of_tool.collect();
-        if self.prepared.mount_chosen && !self.is_of_program(hit) {
-            all += wording::CHOSEN_MOUNT;
+        if self.prepared.mount_assumed && !self.is_of_program(hit) {
+            all += wording::ASSUMED_MOUNT;
         }
         all
     }
@@ -193,8 +193,8 @@ impl Engine<'_> {
         }
         for standing in self.stock_bodies.take_at_rest() {
             let mut told = wording::at_rest(&standing);
-            if self.prepared.mount_chosen && !self.is_fixed_to_work(&standing.body) {
-                told.message += wording::CHOSEN_MOUNT;
+            if self.prepared.mount_assumed && !self.is_fixed_to_work(&standing.body) {
+                told.message += wording::ASSUMED_MOUNT;
             }
             self.log.push(told);
         }

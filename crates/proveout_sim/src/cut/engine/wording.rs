@@ -105,8 +105,8 @@ pub(super) fn chosen_of_tool(tools: &ToolLibrary, index: usize, part: Option<Rol
     )
 }
 
-/// What is to be known of a finding where the place of the workpiece on the table is chosen.
-pub(super) const CHOSEN_MOUNT: &str = "; the place of the part on the table is chosen: write your own `translation_mm` under [mount] of the scene, with the work offsets";
+/// What is to be known of a finding where the place of the workpiece on the table is assumed.
+pub(super) const ASSUMED_MOUNT: &str = "; the place of the part on the table is assumed: write your own `translation_mm` under [mount] of the scene, with the work offsets";
 
 /// What is to be known of material that no ray has met.
 pub(super) const BETWEEN: &str =

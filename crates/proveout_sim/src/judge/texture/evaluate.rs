@@ -136,7 +136,7 @@ impl<'a> Work<'a> {
         }
         used.residual = residual(tools.iter().filter_map(|t| prepared.tools.tools.get(t.0)));
         used.nodes_in_table = surface.save_nodes && matches!(entry.wanted, Wanted::Map { .. });
-        let repeats = if teeth && unknown_phase { surface.phases } else { 1 };
+        let repeats = if teeth && unknown_phase { surface.random_phases } else { 1 };
         Self { prepared, facts, plan, tracks, surface, entry, tools, standing, repeats, used }
     }
 

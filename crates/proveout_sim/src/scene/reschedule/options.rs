@@ -1,5 +1,7 @@
 //! The options of methods: one list with key, value as text, and how a text is taken; which method reads which.
 
+use proveout_input::renamed_key;
+
 use super::MethodFile::{MinAngularAcceleration, MultiScale, Quaternion, STheta, Singularity, Smooth};
 use proveout_reschedule::{Criterion, Junction, RowEnds, ThetaUnit};
 
@@ -61,7 +63,7 @@ const ALL: [Known; 30] = [
     option!(&[Singularity], cone_deg, number),
     option!(&[Singularity], rate_deg_mm, number),
     option!(&[Singularity], junction, Junction, "no rule"),
-    option!(&[MinAngularAcceleration], cap_deg, number),
+    option!(&[MinAngularAcceleration], max_key_lean_deg, number),
     option!(&[MinAngularAcceleration], window_mm, number),
     option!(&[MinAngularAcceleration], criterion, Criterion, "not one of its words"),
     option!(&[MinAngularAcceleration], key_axes, KeyAxesFile, "not one of its words"),
@@ -73,7 +75,7 @@ const ALL: [Known; 30] = [
     option!(BULL_NOSE, run_in_mm, number),
     option!(&[MultiScale], margin_deg, number),
     option!(&[MultiScale], coefficients, count),
-    option!(BULL_NOSE, measured_part, number),
+    option!(BULL_NOSE, measured_ratio, number),
     option!(BULL_NOSE, measured_spread, number),
     option!(&[Smooth], channel, ChannelFile, "no channel"),
     option!(&[Smooth], lean_max_deg, number),
@@ -83,7 +85,7 @@ const ALL: [Known; 30] = [
         get: |file| file.monotone.map(|value| value.to_string()),
         set: set_monotone,
     },
-    option!(&[Smooth], time_given_up_percent, number),
+    option!(&[Smooth], max_time_loss_percent, number),
     option!(&[Smooth], turn_max_deg, number),
     option!(&[Smooth], ends, RowEnds, "not one of its words"),
 ];
@@ -100,10 +102,10 @@ impl RescheduleFile {
         let reads = |key: &&str| match (self.method, *key) {
             (MinAngularAcceleration, "window_mm") => self.criterion != Some(Criterion::TrueMinimum),
             // A measurement counts places above a limit.
-            (_, "measured_part") if self.ra_um == Some(0.0) => false,
-            (_, "measured_spread") if self.ra_um == Some(0.0) || self.measured_part.is_none() => false,
+            (_, "measured_ratio") if self.ra_um == Some(0.0) => false,
+            (_, "measured_spread") if self.ra_um == Some(0.0) || self.measured_ratio.is_none() => false,
             (Smooth, "channel" | "lean_max_deg") => true,
-            (Smooth, "clearance_deg" | "monotone" | "time_given_up_percent") => !rows,
+            (Smooth, "clearance_deg" | "monotone" | "max_time_loss_percent") => !rows,
             (Smooth, _) => rows,
             _ => true,
         };
@@ -130,8 +132,12 @@ impl RescheduleFile {
             Some(option) => (option.set)(self, value),
             None => {
                 let method = name_of(&MethodFile::NAMES, self.method);
-                let read = Self::options_of(self.method).join(", ");
-                Err((format!("{method} has no option {key:?}"), format!("options of {method}: {read}")))
+                let read = Self::options_of(self.method);
+                let help = match renamed_key(key, &read) {
+                    Some(new) => format!("its name is {new} now"),
+                    None => format!("options of {method}: {}", read.join(", ")),
+                };
+                Err((format!("{method} has no option {key:?}"), help))
             }
         }
     }

@@ -43,7 +43,7 @@ impl ChannelFile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum KeyAxesFile {
-    /// The program's own, up to `cap_deg`.
+    /// The program's own, up to `max_key_lean_deg`.
     Program,
     /// They are looked for in the free cells of their contacts.
     Search,

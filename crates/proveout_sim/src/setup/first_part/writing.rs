@@ -134,7 +134,7 @@ fn scene(plan: &Plan<'_>) -> String {
     put(&format!("translation_mm = {}", vector(plan.mount.value.into())));
     if plan.mount.chosen {
         put("# Findings that depend on it say so; remove the line once the position is that of your own setup.");
-        put("chosen = true");
+        put("assumed = true");
     }
     if let Some((number, reason)) = &plan.start_tool {
         put("");
