@@ -48,18 +48,14 @@ mod input_error;
 mod migrate;
 mod quantities;
 mod regular_file;
-mod xml_attributes;
 mod renamed_keys;
+mod xml_attributes;
 
 pub use document::{Document, ExpectedType, Step, TomlFault, nearest};
 pub use inch::{add_inches_to_schema, in_millimeters};
 pub use input_error::{InputError, InputFault, read_input};
+pub use migrate::{KeyChange, Migration, migrate};
 pub use quantities::{MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, check_quantity, range_of};
 pub use regular_file::{open_regular_file, read_regular_file, read_regular_text};
-pub use xml_attributes::element_with_more_attributes;
-pub use migrate::{KeyChange, Migration, migrate};
-pub use quantities::{
-    MAX_LENGTH_MM, OutOfRange, add_ranges_to_schema, check_quantities, check_quantity, range_of, table_of_ranges,
-};
-pub use regular_file::{open_regular_file, read_regular_file, read_regular_text};
 pub use renamed_keys::{InputFileKind, renamed_key};
+pub use xml_attributes::element_with_more_attributes;

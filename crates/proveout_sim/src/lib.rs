@@ -86,8 +86,6 @@ pub use {
 pub mod programs {
     pub use crate::{
         compare::remade::Remade,
-        prepare::programs::{Original, Rescheduling, helix, largest_center_shift, rescheduled, text},
-        compare::remade::{ChannelShown, Remade},
         prepare::programs::{Original, Rescheduling, helix, rescheduled, text},
     };
 }
