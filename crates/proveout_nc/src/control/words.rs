@@ -1,7 +1,8 @@
 //! The table of words: looked up once for each G and M word of a program, by its number.
 
-use crate::g_code::GCode;
 use std::collections::BTreeMap;
+
+use crate::g_code::GCode;
 
 /// A word that the reader of the language executes without a control file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

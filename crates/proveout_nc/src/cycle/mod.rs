@@ -9,10 +9,12 @@
 //! A [`CycleSpec`] holds the name of a cycle and its [`Parameter`]s: where each is written, what it
 //! is called, what it measures and which value it has where the program leaves it out. [`Values`]
 //! reads one parameter at a time, so that the first fault is the first parameter that the cycle
-//! uses. A builder never counts arguments. The tables are [`siemens`] and [`heidenhain`]; the
-//! README lists them, and a test holds its list to the tables.
+//! uses. A builder never counts arguments. The tables are [`siemens`], [`heidenhain`] and [`iso`]; the
+//! README lists them, and a test holds its list to the tables. The words of an ISO cycle hold from block to
+//! block, so that its reader keeps them itself and asks the table which a cycle takes and which it needs.
 
 pub(crate) mod heidenhain;
+pub(crate) mod iso;
 pub(crate) mod siemens;
 mod values;
 
@@ -25,6 +27,8 @@ pub(crate) enum Key {
     Position(u8),
     /// Number of a Q parameter.
     Q(u32),
+    /// Letter of a word.
+    Letter(u8),
 }
 
 /// What a parameter measures.
@@ -54,7 +58,7 @@ pub(crate) struct Parameter {
     /// What it is, for messages.
     pub(crate) what: &'static str,
     pub(crate) usual: Usual,
-    /// The control always writes it into the definition of the cycle.
+    /// The control always writes it into the definition of the cycle; an ISO cycle needs the word.
     pub(crate) written: bool,
 }
 
@@ -77,7 +81,7 @@ pub(crate) struct CycleSpec {
 
 #[cfg(test)]
 mod tests {
-    use super::{CycleSpec, Key, Unit, Usual, heidenhain, siemens};
+    use super::{CycleSpec, Key, Unit, Usual, heidenhain, iso, siemens};
 
     fn row(spec: &CycleSpec) -> String {
         let names = spec.parameters.iter().map(|parameter| match (parameter.key, parameter.usual) {
@@ -86,6 +90,7 @@ mod tests {
             (Key::Q(number), _) if parameter.written => format!("Q{number}"),
             (Key::Q(number), Usual::Value(value)) => format!("Q{number}={value}"),
             (Key::Q(number), Usual::None) => format!("Q{number}="),
+            (Key::Letter(letter), _) => char::from(letter).to_string(),
         });
         format!("| `{}` | {} |", spec.name, names.collect::<Vec<_>>().join(" "))
     }
@@ -95,7 +100,8 @@ mod tests {
         let readme = include_str!("../../README.md");
         let section = readme.split("## Parameters of cycles\n").nth(1).unwrap().split("\n## ").next().unwrap();
         let listed: Vec<&str> = section.lines().filter(|line| line.starts_with("| `")).collect();
-        let rows: Vec<String> = siemens::ALL.iter().chain(heidenhain::ALL).map(|spec| row(spec)).collect();
+        let rows = siemens::ALL.iter().chain(heidenhain::ALL).map(|spec| row(spec));
+        let rows: Vec<String> = rows.chain(iso::tests::rows()).collect();
         assert_eq!(listed, rows, "write into the README:\n{}", rows.join("\n"));
     }
 

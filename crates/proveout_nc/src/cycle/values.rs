@@ -72,6 +72,10 @@ impl Values {
             }
             Key::Q(number) => Fault::new(codes::ARGUMENTS, self.span, format!("the cycle has no Q{number}"))
                 .help(format!("write Q{number}=")),
+            Key::Letter(letter) => {
+                let message = format!("{} has no `{}`", self.name(), char::from(letter));
+                self.fault(codes::MISSING_VALUE, message, "write the word")
+            }
         }
     }
 
@@ -89,6 +93,9 @@ impl Values {
             }
             (Some(other), Key::Position(at)) => {
                 wrong(format!("argument {at} of `{}` is {other:?}", self.name()), "write a number there")
+            }
+            (Some(other), Key::Letter(letter)) => {
+                wrong(format!("`{}` of {} is {other:?}", char::from(letter), self.name()), "write a number")
             }
         }
     }

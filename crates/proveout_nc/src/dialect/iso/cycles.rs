@@ -19,11 +19,13 @@ use super::interpreter::{Interpreter, Iso};
 use super::modal::{CycleValues, FeedMode};
 use super::motion::SAME_ANGLE;
 use super::pending::{AXES, Pending};
-use super::words::Group;
+use super::words::{self, Group};
 use crate::channel::milling::SAME_HEIGHT_MM;
 use crate::channel::{Holes, Stroke, opposite, unknown_axis};
 use crate::codes;
 use crate::control::ReturnLevel;
+use crate::cycle::iso::{CycleSet, MULTIPLE_OF_SPEED, R_PLANE, REPETITIONS};
+use crate::cycle::{Key, Unit};
 use crate::diagnostic::{Fault, Span};
 use crate::g_code::*;
 use crate::{AxisValues, Motion, SpindleDirection};
@@ -94,7 +96,7 @@ impl Interpreter {
         if self.own.no_cycle {
             return self.over_hole(p, span);
         }
-        self.r_plane_of_haas(code);
+        self.r_plane_at_tool(code);
         let levels = self.levels(code, self.own.cycle.initial, span)?;
         if self.is_rs274() && levels.initial.is_none() {
             // The way to the hole and the level to come back to begin at the level of the tool.
@@ -161,10 +163,19 @@ impl Interpreter {
         Ok(())
     }
 
-    /// R is optional on a Haas (*Mill operator's manual*, list of the words of G81): the hole
-    /// begins at the present height.
-    fn r_plane_of_haas(&mut self, code: GCode) {
-        if self.own.flavor != Flavor::Haas || self.own.cycle.r.is_some() {
+    /// The cycles of the control.
+    pub(super) fn cycles(&self) -> &'static CycleSet {
+        words::cycles_of(self.own.flavor, &self.settings.control)
+    }
+
+    /// R is optional on a Haas (*Mill operator's manual*, list of the words of G81).
+    fn may_leave_out_r(&self, code: GCode) -> bool {
+        self.cycles().named(code, b'R', R_PLANE).is_some_and(|word| !word.written)
+    }
+
+    /// Where R is left out the hole begins at the present height.
+    fn r_plane_at_tool(&mut self, code: GCode) {
+        if !self.may_leave_out_r(code) || self.own.cycle.r.is_some() {
             return;
         }
         if let Some(initial) = self.own.cycle.initial {
@@ -249,19 +260,20 @@ impl Interpreter {
         }
         self.tell_idle_words(p, code);
         let mut times = None;
+        let cycles = self.cycles();
         for letter in [b'L', b'K'] {
-            if (letter == b'L' || self.is_fanuc()) && p.any_free(&[letter]) {
+            if cycles.named(code, letter, REPETITIONS).is_some() && p.any_free(&[letter]) {
                 times = p.take(letter);
             }
         }
-        if code == G84
-            && self.own.flavor == Flavor::Haas
+        if cycles.named(code, b'J', MULTIPLE_OF_SPEED).is_some()
             && let Some(factor) = p.take(b'J')
         {
-            self.note(format!("G84 J{factor}: retraction at a multiple of the speed"));
+            self.note(format!("{code} J{factor}: retraction at a multiple of the speed"));
         }
+        let in_ijk = !self.settings.control.depth_in_i && cycles.word(code, b'I').is_some();
         for (at, letter) in [b'I', b'J', b'K'].into_iter().enumerate() {
-            if matches!(code, G73 | G76 | G77 | G83 | G87) && p.any_free(&[letter]) {
+            if in_ijk && p.any_free(&[letter]) {
                 self.own.cycle.ijk[at] = self.length_of(p, letter);
             }
         }
@@ -278,18 +290,15 @@ impl Interpreter {
     /// Notes words of a hole that this cycle has no use for; the control keeps P and Q for a later
     /// one.
     fn tell_idle_words(&mut self, p: &Pending, code: GCode) {
-        if self.settings.control.depth_in_i || self.settings.control.stated_returns {
+        let cycles = self.cycles();
+        if !cycles.notes_idle_words || self.settings.control.stated_returns {
             return;
         }
-        let idle: &[u8] = match (code, self.own.flavor) {
-            (G81 | G85, Flavor::Fanuc | Flavor::Haas) => b"PQ",
-            (G82 | G86 | G89, Flavor::Fanuc | Flavor::Haas) => b"Q",
-            (G73 | G83, Flavor::Fanuc) => b"IJ",
-            _ => b"",
-        };
-        for &letter in idle {
-            if p.has(letter) {
-                self.note(format!("{} has no effect in {}", char::from(letter), code));
+        for word in cycles.words(code) {
+            if let (Key::Letter(letter), Unit::Unread) = (word.key, word.unit)
+                && p.has(letter)
+            {
+                self.note(format!("{} has no effect in {code}", char::from(letter)));
             }
         }
     }
@@ -303,7 +312,7 @@ impl Interpreter {
         if code == G83 {
             return self.depth_in_infeeds(p, span);
         }
-        if !matches!(code, G81 | G82 | G84 | G85 | G86 | G89) {
+        if self.cycles().spec(code).is_none() {
             return unsupported(format!("`{code}`"));
         }
         if p.g(Group::Cycle).is_some() {
@@ -383,7 +392,7 @@ impl Interpreter {
         };
         let z = self.own.cycle.z.ok_or_else(|| missing(char::from(AXES[self.modal.normal])))?;
         let r = self.own.cycle.r.ok_or_else(|| {
-            if self.own.flavor != Flavor::Haas || self.own.cycle.initial.is_some() {
+            if !self.may_leave_out_r(code) || self.own.cycle.initial.is_some() {
                 return missing('R');
             }
             let message = format!("{name} without R begins at the level of the tool, which the program has not set");

@@ -23,6 +23,7 @@ use crate::channel::milling::{self, MAX_PASSES};
 use crate::channel::shape::{Pass, Place, Point, Shape};
 use crate::channel::{Stroke, arc_fault};
 use crate::codes;
+use crate::cycle::{Key, Unit};
 use crate::diagnostic::{Fault, Span};
 use crate::frame::sin_cos_degrees;
 use crate::g_code::{G69, G87, G88, GCode};
@@ -131,15 +132,15 @@ impl Interpreter {
         if p.g(super::words::Group::Cycle).is_some() {
             self.own.fagor = FagorCycle::default();
         }
-        let (lengths, others): (&[u8], &[u8]) = if code == G69 { (b"ZIBCDHL", b"JKR") } else { (b"ZIJKBCDL", b"HV") };
-        for &letter in lengths {
-            if p.any_free(&[letter]) {
-                self.own.fagor.values[usize::from(letter - b'A')] = self.length_of(p, letter);
-            }
-        }
-        for &letter in others {
-            if let Some(value) = p.take(letter) {
-                self.own.fagor.values[usize::from(letter - b'A')] = Some(value);
+        for word in self.cycles().words(code) {
+            let Key::Letter(letter) = word.key else { continue };
+            let value = match word.unit {
+                Unit::Number | Unit::Feed => p.take(letter),
+                _ if p.any_free(&[letter]) => self.length_of(p, letter),
+                _ => continue,
+            };
+            if let Some(slot) = self.own.fagor.values.get_mut(usize::from(letter - b'A')) {
+                *slot = value.or(*slot);
             }
         }
     }

@@ -14,6 +14,7 @@ use crate::CompSide;
 use crate::SpindleDirection;
 use crate::codes;
 use crate::control::Meaning;
+use crate::cycle::Key;
 use crate::diagnostic::{Fault, Span};
 use crate::g_code::*;
 
@@ -508,12 +509,11 @@ impl Interpreter {
         }
         // Values of another cycle do not count for this one.
         let depth = AXES[self.plane_of(p)];
-        let needed: &[u8] = match code {
-            G82 | G86 | G88 | G89 => b"RP",
-            G73 | G83 => b"RQ",
-            _ => b"R",
-        };
-        for &letter in needed.iter().chain([&depth]) {
+        let needed = self.cycles().words(code).iter().filter(|word| word.written).filter_map(|word| match word.key {
+            Key::Letter(letter) if letter != b'Z' => Some(letter),
+            _ => None,
+        });
+        for letter in needed.chain([depth]) {
             if !p.has(letter) {
                 let message = format!("{name} has no `{}` in its first block", char::from(letter));
                 return Err(Fault::new(codes::MISSING_VALUE, span, message)

@@ -5,6 +5,7 @@
 
 use super::flavor::Flavor;
 use crate::control::Control;
+use crate::cycle::iso::{self, CycleSet};
 use crate::g_code::*;
 
 /// Words of one group exclude each other in a block.
@@ -55,7 +56,7 @@ pub(crate) fn class(flavor: Flavor, assumed: bool, control: &Control, code: GCod
     match code {
         // A Fagor: absolute centers, pole, cycles of its own.
         G6 | G93 if control.depth_in_i => GWordClass::Known(Group::OneShot),
-        G69 | G87 | G88 if control.depth_in_i => GWordClass::Known(Group::Cycle),
+        _ if control.depth_in_i && iso::FAGOR.spec(code).is_some() => GWordClass::Known(Group::Cycle),
         G70 | G71 if assumed || flavor.is_linuxcnc() && control.name.is_empty() => GWordClass::Known(Group::Units),
         G61_1 if assumed || flavor == Flavor::Fanuc && control.name.is_empty() => GWordClass::Known(Group::PathMode),
         _ => classify(flavor, code),
@@ -73,12 +74,12 @@ pub(crate) fn classify(flavor: Flavor, code: GCode) -> GWordClass {
         G43 | G49 => Some(Group::ToolLength),
         G54 | G55 | G56 | G57 | G58 | G59 => Some(Group::WorkOffset),
         G61 | G64 => Some(Group::PathMode),
-        GCode(73 | 74 | 80..=89, 0) => Some(cycle_group(flavor)),
+        G80 => Some(cycle_group(flavor)),
         G90 | G91 => Some(Group::Distance),
         G93 | G94 | G95 => Some(Group::FeedMode),
         G96 | G97 => Some(Group::SpindleMode),
         G98 | G99 => Some(Group::Return),
-        _ => None,
+        _ => cycles(flavor).spec(code).map(|_| cycle_group(flavor)),
     };
     let own = match flavor {
         Flavor::Fanuc => fanuc(code),
@@ -88,6 +89,25 @@ pub(crate) fn classify(flavor: Flavor, code: GCode) -> GWordClass {
     match (own, common) {
         (GWordClass::Unknown, Some(group)) => GWordClass::Known(group),
         (own, _) => own,
+    }
+}
+
+/// The cycles of a flavor.
+fn cycles(flavor: Flavor) -> &'static CycleSet {
+    match flavor {
+        Flavor::Fanuc => &iso::FANUC,
+        Flavor::Haas => &iso::HAAS,
+        Flavor::LinuxCnc => &iso::LINUXCNC,
+    }
+}
+
+/// The cycles of a control.
+pub(super) fn cycles_of(flavor: Flavor, control: &Control) -> &'static CycleSet {
+    match flavor {
+        _ if control.depth_in_i => &iso::FAGOR,
+        Flavor::Fanuc if control.stated_returns => &iso::OKUMA,
+        Flavor::LinuxCnc if control.mach3_words => &iso::MACH3,
+        _ => cycles(flavor),
     }
 }
 
@@ -114,7 +134,6 @@ fn fanuc(code: GCode) -> GWordClass {
         G62 | G63 => GWordClass::Known(Group::PathMode),
         G66 | G67 => GWordClass::Known(Group::Macro),
         G68 | G68_2 | G69 => GWordClass::Known(Group::Rotation),
-        G76 => GWordClass::Known(Group::Cycle),
         G8 | G11 | G13_1 | G22 | G23 | G25 | G26 | G40_1 | G50 | G50_2 | G69_1 | G113 => GWordClass::Note,
         G43_1 => GWordClass::Refused("program five axes with G43.4 or G43.5, three with G43"),
         G68_4 | G68_3 => GWordClass::Refused(POST_PLANE),
@@ -145,7 +164,6 @@ fn haas(code: GCode) -> GWordClass {
         G44 | G234 => GWordClass::Known(Group::ToolLength),
         G68 | G69 | G268 | G269 => GWordClass::Known(Group::Rotation),
         G253 => GWordClass::Known(Group::OneShot),
-        G76 | G77 => GWordClass::Known(Group::Cycle),
         G100 | G101 => GWordClass::Known(Group::Mirror),
         G154 => GWordClass::Known(Group::WorkOffset),
         GCode(110..=129, 0) => GWordClass::Known(Group::WorkOffset),
