@@ -11,6 +11,18 @@ use crate::g_code::{G69, G73, G74, G76, G77, G81, G82, G83, G84, G85, G86, G87, 
 pub(crate) struct CycleSet {
     /// Words without effect in their cycle are noted.
     pub(crate) notes_idle_words: bool,
+    /// Way above the last depth to which the tool comes back after an infeed, mm: 0.010 inch of the interpreter
+    /// of `LinuxCNC`; setting 22 of a Haas (0.05 inch); chosen for parameters 5114 and 5115 of a Fanuc.
+    pub(crate) peck_clearance_mm: f64,
+    /// G73 and G83 dwell at the bottom.
+    pub(crate) pecks_dwell: bool,
+    /// G74, G84 and G89 come out in feed all the way to the return level, as `convert_cycle_g74_g84` and
+    /// `convert_cycle_g89` of the interpreter of `LinuxCNC`.
+    pub(crate) feeds_out_to_return: bool,
+    /// A tap dwells at the bottom, and not at the R plane too.
+    pub(crate) tap_dwells_at_bottom_only: bool,
+    /// Holes feed from R to the depth whichever way that is: angle heads, work from below.
+    pub(crate) feeds_either_way: bool,
     cycles: &'static [(GCode, CycleSpec)],
 }
 
@@ -95,6 +107,11 @@ const PLUNGE: Parameter = word(b'V', "feed of the infeed", Unit::Feed);
 
 pub(crate) static FANUC: CycleSet = CycleSet {
     notes_idle_words: true,
+    peck_clearance_mm: 1.0,
+    pecks_dwell: true,
+    feeds_out_to_return: false,
+    tap_dwells_at_bottom_only: false,
+    feeds_either_way: true,
     cycles: &[
         (
             G73,
@@ -181,6 +198,11 @@ pub(crate) static FANUC: CycleSet = CycleSet {
 
 pub(crate) static HAAS: CycleSet = CycleSet {
     notes_idle_words: true,
+    peck_clearance_mm: 1.27,
+    pecks_dwell: true,
+    feeds_out_to_return: false,
+    tap_dwells_at_bottom_only: false,
+    feeds_either_way: false,
     cycles: &[
         (
             G73,
@@ -258,6 +280,11 @@ pub(crate) static HAAS: CycleSet = CycleSet {
 
 pub(crate) static LINUXCNC: CycleSet = CycleSet {
     notes_idle_words: false,
+    peck_clearance_mm: 0.254,
+    pecks_dwell: false,
+    feeds_out_to_return: true,
+    tap_dwells_at_bottom_only: true,
+    feeds_either_way: false,
     cycles: &[
         (G73, CycleSpec { name: "G73", parameters: &[Z, R, Q, or(L, 1.0)], assumed: None }),
         (G74, CycleSpec { name: "G74", parameters: &[Z, R, or(P, 0.0), or(L, 1.0)], assumed: None }),
@@ -273,6 +300,11 @@ pub(crate) static LINUXCNC: CycleSet = CycleSet {
 
 pub(crate) static MACH3: CycleSet = CycleSet {
     notes_idle_words: false,
+    peck_clearance_mm: 0.254,
+    pecks_dwell: false,
+    feeds_out_to_return: true,
+    tap_dwells_at_bottom_only: true,
+    feeds_either_way: false,
     cycles: &[
         (
             G73,
@@ -302,6 +334,11 @@ pub(crate) static MACH3: CycleSet = CycleSet {
 
 pub(crate) static OKUMA: CycleSet = CycleSet {
     notes_idle_words: false,
+    peck_clearance_mm: 1.0,
+    pecks_dwell: true,
+    feeds_out_to_return: false,
+    tap_dwells_at_bottom_only: false,
+    feeds_either_way: true,
     cycles: &[
         (
             G73,
@@ -388,6 +425,11 @@ pub(crate) static OKUMA: CycleSet = CycleSet {
 
 pub(crate) static FAGOR: CycleSet = CycleSet {
     notes_idle_words: false,
+    peck_clearance_mm: 1.0,
+    pecks_dwell: true,
+    feeds_out_to_return: false,
+    tap_dwells_at_bottom_only: false,
+    feeds_either_way: true,
     cycles: &[
         (
             G69,

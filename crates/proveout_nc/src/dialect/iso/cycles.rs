@@ -412,8 +412,7 @@ impl Interpreter {
         let depth = if incremental(z) { level + z.0 } else { z.0 };
         let levels = Levels { initial: self.own.cycle.initial, r: level, depth };
         let back = matches!(code, G77 | G87);
-        // A Fanuc feeds from R to the depth whichever way that is: angle heads, work from below.
-        let either = self.own.flavor == Flavor::Fanuc && matches!(code, G81 | G82 | G85 | G86 | G89);
+        let either = self.cycles().feeds_either_way && matches!(code, G81 | G82 | G85 | G86 | G89);
         if (levels.depth > levels.r) != back && levels.depth != levels.r && !either
             || !levels.depth.is_finite()
             || !levels.r.is_finite()
@@ -504,8 +503,7 @@ impl Interpreter {
                 let again = Stroke::Turn(self.technology.direction);
                 self.course(&[down, wait, Stroke::Turn(SpindleDirection::Off), out, again], span)?;
             }
-            // The interpreter of a LinuxCNC goes out in feed all the way (`convert_cycle_g89`).
-            G89 if self.own.flavor.is_linuxcnc() => self.course(&[down, wait, Stroke::Feed(back)], span)?,
+            G89 if self.cycles().feeds_out_to_return => self.course(&[down, wait, Stroke::Feed(back)], span)?,
             G89 => self.course(&[down, wait, up], span)?,
             _ => self.course(&[down], span)?,
         }
@@ -515,13 +513,8 @@ impl Interpreter {
     /// G73 and G83.
     fn peck(&mut self, code: GCode, levels: Levels, span: Span) -> Result<(), Fault> {
         let total = levels.r - levels.depth;
-        let clearance = match self.own.flavor {
-            // 0.010 inch of the interpreter of LinuxCNC; setting 22 of a Haas (0.05 inch); chosen for
-            // parameters 5114 and 5115 of a Fanuc.
-            Flavor::LinuxCnc => 0.254,
-            Flavor::Haas => 1.27,
-            Flavor::Fanuc => 1.0,
-        };
+        let cycles = self.cycles();
+        let clearance = cycles.peck_clearance_mm;
         let stated = self.settings.control.stated_returns;
         if stated && self.modal.incremental {
             return Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("`{code}` with G91 is not supported"))
@@ -557,8 +550,7 @@ impl Interpreter {
             let depth = if last { levels.depth } else { levels.r - reached };
             self.course(&[Stroke::Feed(depth)], span)?;
             if last {
-                // The peck cycles of LinuxCNC take no P.
-                let dwell = self.own.cycle.p.filter(|_| !self.own.flavor.is_linuxcnc());
+                let dwell = self.own.cycle.p.filter(|_| cycles.pecks_dwell);
                 return self.course(&[Stroke::wait(dwell)], span);
             }
             let ahead = Stroke::Rapid((depth + clearance).min(levels.r));
@@ -603,13 +595,12 @@ impl Interpreter {
         };
         let turn = if code == G84 { SpindleDirection::Clockwise } else { SpindleDirection::CounterClockwise };
         self.tap_steps(levels, pitch, turn, span)?;
-        // A LinuxCNC comes out to the level of G98 in one motion in feed (`convert_cycle_g74_g84` of its interpreter).
-        let out = if self.own.flavor.is_linuxcnc() { back } else { levels.r };
+        let cycles = self.cycles();
+        let out = if cycles.feeds_out_to_return { back } else { levels.r };
         let wait = Stroke::wait(self.own.cycle.p);
         let down = Stroke::Thread { to: levels.depth, pitch, turn };
         let up = Stroke::Thread { to: out, pitch, turn: opposite(turn) };
-        if self.own.flavor.is_linuxcnc() {
-            // The dwell is at the bottom only.
+        if cycles.tap_dwells_at_bottom_only {
             return self.course(&[down, wait, up], span);
         }
         self.course(&[down, wait, up, wait], span)
