@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use proveout_geom::{MeshError, Point};
 use proveout_machine::JointValues;
+use proveout_tool::Role;
 use thiserror::Error;
 
 /// What a part is.
@@ -23,6 +24,19 @@ pub enum PartKind {
     Fixture,
     /// The stock.
     Stock,
+}
+
+impl PartKind {
+    /// Which part of the tool it is; none for what is no part of the tool.
+    pub fn role(self) -> Option<Role> {
+        match self {
+            Self::Cutter => Some(Role::Cutting),
+            Self::Neck => Some(Role::Neck),
+            Self::Shank => Some(Role::Shank),
+            Self::Holder => Some(Role::Holder),
+            Self::Machine | Self::Fixture | Self::Stock => None,
+        }
+    }
 }
 
 /// How bad a breach is.

@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use minijinja::{context, value::Serde};
 use proveout_sim::{
     job::JobVerdict,
-    verdict::{Gate, State},
+    verdict::{GateVerdict, State},
 };
 use serde_json::{Value, json};
 
@@ -65,9 +65,9 @@ fn words(state: State) -> (&'static str, &'static str) {
 }
 
 /// Class, word, name and reason.
-fn gate(gate: &Gate) -> [String; 4] {
+fn gate(gate: &GateVerdict) -> [String; 4] {
     let (class, word) = words(gate.state);
-    [class.to_owned(), word.to_owned(), gate.name.clone(), gate.reason.clone()]
+    [class.to_owned(), word.to_owned(), gate.gate.name().to_owned(), gate.reason.clone()]
 }
 
 /// A name of a folder in an address: everything but letters, digits and a few marks as the hexadecimal digits
@@ -79,7 +79,7 @@ fn address(name: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use proveout_sim::job::SetupVerdict;
+    use proveout_sim::{job::SetupVerdict, verdict::Gate};
 
     use super::*;
 
@@ -88,7 +88,7 @@ mod tests {
         let ran = SetupVerdict {
             name: "op 10 <b>".into(),
             verdict: Some(State::Fail),
-            gates: vec![Gate { name: "process".into(), state: State::Fail, reason: "1 x <rapid>".into() }],
+            gates: vec![GateVerdict { gate: Gate::Process, state: State::Fail, reason: "1 x <rapid>".into() }],
             errors: 7,
             first_errors: vec!["line 3: <script>alert(1)</script>".into()],
             ..SetupVerdict::default()

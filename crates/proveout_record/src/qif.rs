@@ -20,7 +20,7 @@ use std::fmt::Write as _;
 
 use proveout_sim::{
     digest::sha256,
-    scene::{InspectFile, InspectKindFile},
+    scene::{InspectFile, InspectKindFile, probe_direction},
     verdict::Inspected,
 };
 
@@ -53,18 +53,16 @@ fn uuid(text: &str) -> String {
 /// What the scene says of a feature.
 pub(crate) struct PlannedFeature {
     from: [f64; 3],
-    /// `+x`, `-x`, `+y`, `-y`, `+z` or `-z`.
-    direction: String,
+    /// Along which axis the probe goes, and whether up (1) or down (-1).
+    axis: usize,
+    sign: f64,
     thickness: bool,
 }
 
 impl From<&InspectFile> for PlannedFeature {
     fn from(file: &InspectFile) -> Self {
-        Self {
-            from: *file.from_mm.get_ref(),
-            direction: file.direction.get_ref().clone(),
-            thickness: matches!(file.kind, InspectKindFile::Thickness),
-        }
+        let (axis, sign) = probe_direction(file.direction.get_ref()).unwrap_or((2, 1.0));
+        Self { from: *file.from_mm.get_ref(), axis, sign, thickness: matches!(file.kind, InspectKindFile::Thickness) }
     }
 }
 
@@ -83,13 +81,13 @@ struct QifFeature<'a> {
 
 impl<'a> QifFeature<'a> {
     fn of(measured: &'a Inspected, plan: &PlannedFeature, id: usize) -> Self {
-        let axis = ["x", "y", "z"].iter().position(|a| plan.direction.ends_with(a)).unwrap_or(2);
+        let axis = plan.axis;
         let mut nominal = plan.from;
         if !plan.thickness {
             nominal[axis] = measured.nominal_mm;
         }
         let mut normal = [0.0; 3];
-        normal[axis] = if plan.direction.starts_with('-') { 1.0 } else { -1.0 };
+        normal[axis] = -plan.sign;
         Self { measured, thickness: plan.thickness, axis, nominal, normal, id }
     }
 

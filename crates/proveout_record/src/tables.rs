@@ -32,7 +32,7 @@ pub(crate) fn signal_columns(joints: &[JointUnit]) -> Vec<Column> {
         vec![Column::real("time_s", "s"), Column::index("block"), Column::text("kind"), Column::real("path_mm", "mm")];
     for j in joints {
         let (name, unit) = (j.name.as_str(), j.unit);
-        let derived = if unit == "deg" { ["deg/s", "deg/s2", "deg/s3"] } else { ["mm/s", "mm/s2", "mm/s3"] };
+        let derived = if j.rotary { ["deg/s", "deg/s2", "deg/s3"] } else { ["mm/s", "mm/s2", "mm/s3"] };
         columns.extend([
             Column::real(format!("{name}_{unit}"), unit),
             Column::real(format!("{name}_actual_{unit}"), unit),
@@ -40,10 +40,7 @@ pub(crate) fn signal_columns(joints: &[JointUnit]) -> Vec<Column> {
             Column::real(format!("acceleration_{name}_{unit}_s2"), derived[1]),
             Column::real(format!("jerk_{name}_{unit}_s3"), derived[2]),
             Column::real(format!("following_error_{name}_{unit}"), unit),
-            Column::real(
-                format!("{}_{name}_{}", if unit == "deg" { "torque" } else { "force" }, j.force_unit),
-                j.force_unit,
-            ),
+            Column::real(format!("{}_{name}_{}", j.effort(), j.force_unit), j.force_unit),
             Column::real(format!("power_{name}_W"), "W"),
             Column::real(format!("energy_{name}_J"), "J"),
         ]);

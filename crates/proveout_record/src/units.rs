@@ -6,6 +6,7 @@ use proveout_machine::{Joint, Machine};
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct JointUnit {
     pub(crate) name: String,
+    pub(crate) rotary: bool,
     /// `mm` or `deg`.
     pub(crate) unit: &'static str,
     pub(crate) factor: f64,
@@ -19,7 +20,12 @@ impl JointUnit {
     fn of(joint: &Joint) -> Self {
         let (unit, factor) = (joint.kind.unit(), joint.kind.unit_factor());
         let (force_unit, force_factor) = if joint.is_rotary() { ("Nm", N_M_PER_N_MM) } else { ("N", 1.0) };
-        Self { name: joint.name.clone(), unit, factor, force_unit, force_factor }
+        Self { name: joint.name.clone(), rotary: joint.is_rotary(), unit, factor, force_unit, force_factor }
+    }
+
+    /// What its drive gives.
+    pub(crate) fn effort(&self) -> &'static str {
+        if self.rotary { "torque" } else { "force" }
     }
 
     /// Units of all joints, in machine order.

@@ -84,7 +84,7 @@ pub use {
 /// Programs that are made: a pass over the blade of the scene, and re-scheduled programs.
 pub mod programs {
     pub use crate::{
-        compare::remade::{ChannelShown, Remade},
+        compare::remade::Remade,
         prepare::programs::{Original, Rescheduling, helix, largest_center_shift, rescheduled, text},
     };
 }

@@ -231,7 +231,7 @@ fn no_fault_between_the_rays_passes_and_no_clean_twin_fails() {
     let mut decided = 0;
     for case in &cases {
         let verdict = verdict(case);
-        let gate = verdict.gates.iter().find(|g| g.name == "process").unwrap();
+        let gate = verdict.gates.iter().find(|g| g.gate.name() == "process").unwrap();
         decided += usize::from(gate.state != State::Unchecked);
         let codes: Vec<&str> = verdict.findings.iter().map(|f| f.code.as_str()).collect();
         let right = match case.fault {

@@ -70,7 +70,7 @@ impl Shop {
 }
 
 fn gate<'a>(v: &'a Verdict, name: &str) -> (State, &'a str) {
-    let gate = v.gates.iter().find(|g| g.name == name).unwrap();
+    let gate = v.gates.iter().find(|g| g.gate.name() == name).unwrap();
     (gate.state, &gate.reason)
 }
 

@@ -11,7 +11,7 @@ use proveout_sim::{
     finding::Finding,
     observer::{Batch, LooseMotion, ObserverError, Outcome, Setup},
     run::run,
-    verdict::{Gate, State, Verdict},
+    verdict::{GateVerdict, State, Verdict},
 };
 use tempfile::TempDir;
 
@@ -135,8 +135,8 @@ fn of<'a>(verdict: &'a Verdict, code: &str) -> Vec<&'a Finding> {
     verdict.findings.iter().filter(|f| f.code == code).collect()
 }
 
-fn gate<'a>(verdict: &'a Verdict, name: &str) -> &'a Gate {
-    verdict.gates.iter().find(|g| g.name == name).expect("there")
+fn gate<'a>(verdict: &'a Verdict, name: &str) -> &'a GateVerdict {
+    verdict.gates.iter().find(|g| g.gate.name() == name).expect("there")
 }
 
 /// The one part that came off, told in one finding.

@@ -253,7 +253,7 @@ fn a_part_that_is_cut_off_is_reported_and_the_collision_gate_does_not_pass() {
     assert!((f.value.expect("a volume") - 9.0 * 20.0 * 6.0).abs() < 1.0, "{f:?}");
     let middle = f.point_mm.expect("a place");
     assert!((middle[0] - 15.5).abs() < 0.01 && middle[1].abs() < 0.01 && (middle[2] + 3.0).abs() < 0.01, "{middle:?}");
-    let gate = verdict.gates.iter().find(|g| g.name == "collision").expect("there");
+    let gate = verdict.gates.iter().find(|g| g.gate.name() == "collision").expect("there");
     assert!(gate.state != proveout_sim::verdict::State::Pass && gate.reason.contains("process-loose-part"), "{gate:?}");
     // A floor of 0.1 mm holds it.
     let held = shop.scene("held", "resolution_mm = 0.25", plate, "", &slot(-5.9));

@@ -114,7 +114,7 @@ fn a_gouge_between_the_coarse_rays_is_found_and_the_patch_has_its_rays() {
     let plain = shop.scene("plain", "1.0", BLOCK, JUDGED, PROGRAM);
     let patched = shop.scene("patched", "1.0", &format!("{BLOCK}\n{PATCH}"), JUDGED, PROGRAM);
     let (plain, patched) = (shop.run(&plain, 2).unwrap(), shop.run(&patched, 2).unwrap());
-    let gate = |r: &Ran, name: &str| r.verdict.gates.iter().find(|g| g.name == name).unwrap().state;
+    let gate = |r: &Ran, name: &str| r.verdict.gates.iter().find(|g| g.gate.name() == name).unwrap().state;
     // Without the patch no ray meets the V: the swept pieces of motion tell its depth.
     assert_eq!((gate(&plain, "gouge"), gate(&patched, "gouge")), (State::Fail, State::Fail));
     let gouge = plain.verdict.findings.iter().find(|f| f.code == GOUGE.code).unwrap();

@@ -230,7 +230,7 @@ fn rows() -> String {
 const ROWS: &str = "[surface]\nsize_mm = [2, 2]\nstep_um = 20\n[[surface.patch]]\nname = \"top\"\nat_mm = [5, 2.5, 0]\nnormal = [0, 0, 1]\n";
 
 fn surface_gate(v: &Verdict) -> (State, String) {
-    let gate = v.gates.iter().find(|g| g.name == "surface").unwrap();
+    let gate = v.gates.iter().find(|g| g.gate.name() == "surface").unwrap();
     (gate.state, gate.reason.clone())
 }
 

@@ -2,8 +2,11 @@
 
 use std::{path::PathBuf, str::FromStr};
 
-use clap::{Args, Subcommand, ValueEnum, builder::PossibleValuesParser};
-use proveout_sim::{SetValue, gates::GATES, partial::StopAt};
+use clap::{
+    Args, Subcommand, ValueEnum,
+    builder::{PossibleValuesParser, TypedValueParser},
+};
+use proveout_sim::{SetValue, partial::StopAt, verdict::Gate};
 
 /// Where the recording of a run goes where the call does not say so: into its folder, if this build can write one.
 const RECORDING: &str = if cfg!(feature = "rerun") { "file" } else { "off" };
@@ -61,8 +64,8 @@ pub(crate) struct RunArgs {
     #[arg(long, value_enum, default_value = RECORDING)]
     pub(crate) rerun: RerunArg,
     /// Exit with code 0 even if this gate is unchecked; the verdict is not changed. May be repeated
-    #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
-    pub(crate) accept_unchecked: Vec<String>,
+    #[arg(long, value_name = "GATE", value_parser = gate_parser())]
+    pub(crate) accept_unchecked: Vec<Gate>,
 }
 
 #[derive(Debug, Args)]
@@ -187,8 +190,13 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_enum, default_value = "off")]
     pub(crate) rerun: RerunArg,
     /// Exit with code 0 even if this gate is unchecked for a program; the verdict is not changed. May be repeated
-    #[arg(long, value_name = "GATE", value_parser = PossibleValuesParser::new(GATES))]
-    pub(crate) accept_unchecked: Vec<String>,
+    #[arg(long, value_name = "GATE", value_parser = gate_parser())]
+    pub(crate) accept_unchecked: Vec<Gate>,
+}
+
+/// Reads the name of a gate.
+fn gate_parser() -> impl TypedValueParser<Value = Gate> {
+    PossibleValuesParser::new(Gate::NAMES).try_map(|name| Gate::named(&name).ok_or("not a gate"))
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]

@@ -4,7 +4,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use proveout_sim::{
     Observer, Prepared,
     compare::{CompareChoice, Compared, Comparison},
-    verdict::State,
+    verdict::{Gate, State},
 };
 
 use crate::{
@@ -52,14 +52,14 @@ pub(crate) fn compare(args: &CompareArgs) -> Result<State, Failure> {
 
 /// The verdict of a comparison. Unchecked gates of its programs that the call accepts count as passed, and
 /// are reported. A value or a criterion of the scene that is open stays open.
-fn accepted(comparison: &Comparison, gates: &[String]) -> State {
+fn accepted(comparison: &Comparison, gates: &[Gate]) -> State {
     let open = |s: State| s == State::Unchecked;
     let programs = comparison.programs.values();
     let unchecked: BTreeSet<&str> =
-        programs.flat_map(|p| p.gates.iter().filter(|g| open(g.state)).map(|g| g.name.as_str())).collect();
+        programs.flat_map(|p| p.gates.iter().filter(|g| open(g.state)).map(|g| g.gate.name())).collect();
     let of_scene = comparison.published.iter().any(|p| p.band.is_some() && open(p.state))
         || comparison.expectations.iter().any(|e| open(e.state) && (e.at_least.is_some() || e.at_most.is_some()));
-    let all = unchecked.iter().all(|name| gates.iter().any(|g| g == name));
+    let all = unchecked.iter().all(|name| gates.iter().any(|g| g.name() == *name));
     if comparison.verdict != State::Unchecked || unchecked.is_empty() || of_scene || !all {
         return comparison.verdict;
     }

@@ -33,10 +33,10 @@ pub(crate) fn diff(run_a: &Path, run_b: &Path) -> Result<(), Failure> {
         say!("machine   {} -> {}", shown(&a.machine), shown(&b.machine));
     }
     for gate in &b.gates {
-        let before = a.gates.iter().find(|g| g.name == gate.name).map(|g| g.state);
+        let before = a.gates.iter().find(|g| g.gate == gate.gate).map(|g| g.state);
         if before != Some(gate.state) {
             let before = before.map_or_else(|| "missing".to_owned(), |s| format!("{s:?}"));
-            say!("gate      {}: {before} -> {:?} ({})", gate.name, gate.state, gate.reason);
+            say!("gate      {}: {before} -> {:?} ({})", gate.gate, gate.state, gate.reason);
         }
     }
     let pairs = pairs(&a.findings, &b.findings);

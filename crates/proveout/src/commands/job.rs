@@ -111,7 +111,7 @@ fn summary(verdict: &JobVerdict, place: &Path, wall: f64) {
                     s.errors
                 );
                 for gate in s.gates.iter().filter(|g| g.state != State::Pass) {
-                    say!("            {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
+                    say!("            {:<9} {:<10} {}", word(gate.state), gate.gate, gate.reason);
                 }
                 for line in &s.first_errors {
                     say!("            {line}");

@@ -102,10 +102,10 @@ pub(crate) fn reschedule(args: &RescheduleArgs) -> Result<(), Failure> {
     let [before, now] = made.feed_s;
     tell!("in feed: {} {before:.3} s, {} {now:.3} s", work.source, args.method);
     if let Some(kept) = made.kept {
-        let other = kept.strip_prefix("kept, ").unwrap_or(kept);
         tell!(
-            "{} kept {other}: it found nothing faster or smoother in this channel; try another channel= or clearance_deg=",
-            args.method
+            "{} kept {}: it found nothing faster or smoother in this channel; try another channel= or clearance_deg=",
+            args.method,
+            kept.words()
         );
     }
     for why in &made.uncertified {

@@ -10,7 +10,7 @@ use proveout_sim::{
     resolution_fault,
     run::{RunResult, run_journaled as prove},
     scene::{DynamicsFile, PlantFile},
-    verdict::{Partial, State, Verdict},
+    verdict::{Gate, Partial, State, Verdict},
 };
 
 use crate::{
@@ -167,14 +167,13 @@ fn stopped(verdict: &Verdict) -> bool {
 }
 
 /// The verdict of a run. Unchecked gates that the call accepts count as passed, and are reported.
-fn accepted(verdict: &Verdict, gates: &[String]) -> State {
-    let unchecked: Vec<&str> =
-        verdict.gates.iter().filter(|g| g.state == State::Unchecked).map(|g| g.name.as_str()).collect();
+fn accepted(verdict: &Verdict, gates: &[Gate]) -> State {
+    let unchecked: Vec<Gate> = verdict.gates.iter().filter(|g| g.state == State::Unchecked).map(|g| g.gate).collect();
     if verdict.verdict != State::Unchecked || unchecked.is_empty() {
         return verdict.verdict;
     }
-    let open: Vec<&str> = unchecked.iter().copied().filter(|name| !gates.iter().any(|g| g == name)).collect();
-    if open.is_empty() {
+    if unchecked.iter().all(|gate| gates.contains(gate)) {
+        let unchecked: Vec<&str> = unchecked.into_iter().map(Gate::name).collect();
         say!("\n  unchecked, accepted by --accept-unchecked: {}", unchecked.join(", "));
         return State::Pass;
     }
@@ -263,7 +262,7 @@ pub(super) fn print_summary(result: &RunResult, place: &Path) {
         say!("  set on the command line: {}\n", set.join(", "));
     }
     for gate in &v.gates {
-        say!("  {:<9} {:<10} {}", word(gate.state), gate.name, gate.reason);
+        say!("  {:<9} {:<10} {}", word(gate.state), gate.gate, gate.reason);
     }
     let errors: Vec<_> = v.findings.iter().filter(|f| f.severity == proveout_sim::finding::Severity::Error).collect();
     if !errors.is_empty() {

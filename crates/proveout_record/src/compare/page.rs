@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use minijinja::value::Serde;
-use proveout_sim::compare::{Compared, Comparison, GAUSS_SPHERE, Pictures, Role, Study, StudyCurve, VariationKind};
+use proveout_sim::compare::{Compared, Comparison, Pictures, Role, Study, StudyCurve, VariationKind};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -321,7 +321,7 @@ fn study_plots(title: &str, program: usize, study: &Study, windows: &Windows<'_>
             label: format!("{title}: {} over {}", axes[1], axes[0]),
             axes: names,
             range,
-            size: if axes[0].starts_with(GAUSS_SPHERE) { SQUARE } else { [WIDTH, 430.0] },
+            size: if curves.iter().any(|c| c.equal_scales) { SQUARE } else { [WIDTH, 430.0] },
             series,
             limits: Vec::new(),
             abscissa: true,

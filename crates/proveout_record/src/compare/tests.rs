@@ -10,7 +10,7 @@ use proveout_sim::{
         PartPicture, Pictures, ProgramFigures, ProgramPicture, Published, Reproduced, Role, Stretch, StretchAxis,
         Study, StudyCurve, StudyFigure, TimeGain, Variation, VariationKind, VariedGains, VariedTime,
     },
-    verdict::{self, Axis, Gate, State},
+    verdict::{self, Axis, Gate, GateVerdict, State},
 };
 
 use super::{
@@ -35,7 +35,7 @@ fn figures(text: &str, baseline: bool) -> ProgramFigures {
     ProgramFigures {
         folder: "p".into(),
         verdict: State::Unchecked,
-        gates: vec![Gate { name: "surface".into(), state: State::Unchecked, reason: text.into() }],
+        gates: vec![GateVerdict { gate: Gate::Surface, state: State::Unchecked, reason: text.into() }],
         errors: 0,
         digests: BTreeMap::new(),
         made: (!baseline).then(|| Made {
@@ -156,6 +156,7 @@ fn compared(text: &str) -> Compared {
         role,
         axes: [text.into(), text.into()],
         units: ["mm".into(), "deg".into()],
+        equal_scales: false,
         points,
     };
     let study = Study {

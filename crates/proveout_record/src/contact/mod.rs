@@ -132,18 +132,16 @@ fn picture(setup: &Setup<'_>, batch: &Batch<'_>, f: &Finding) -> Option<Canvas> 
     Some(canvas)
 }
 
-/// Names of the parts of a tool in findings.
-const ROLES: [(Role, &str); 4] =
-    [(Role::Cutting, "cutter"), (Role::Neck, "neck"), (Role::Shank, "shank"), (Role::Holder, "holder")];
+/// Parts of a tool in the order in which they are drawn.
+const ROLES: [Role; 4] = [Role::Cutting, Role::Neck, Role::Shank, Role::Holder];
 /// Moments of a piece that are tried for the one at which a part of a tool is at the place.
 const MOMENTS: u32 = 64;
 
 /// Joints at which the part of a tool named in a finding is nearest to the place, within the piece that
 /// begins with the finding; `None` for other findings.
 fn at_place(setup: &Setup<'_>, pieces: &[Piece], f: &Finding, focus: Point) -> Option<JointValues> {
-    let (name, word) = f.bodies.first()?.split_once('/')?;
-    let tool = setup.tools.tools.iter().find(|t| t.name == name)?;
-    let role = ROLES.iter().find(|(_, w)| *w == word)?.0;
+    let part = f.tool.filter(|part| part.swept)?;
+    let (tool, role) = (setup.tools.tools.get(part.tool)?, part.role?);
     let piece = pieces.iter().find(|p| Some(p.time[0]) == f.time_s)?;
     let distance = |q: &JointValues| {
         let p = work_from_tip(setup, tool, q).inverse().point(&focus);
@@ -165,7 +163,12 @@ fn work_from_tip(setup: &Setup<'_>, tool: &Tool, q: &JointValues) -> Pose {
 }
 
 fn of_name(name: &str, f: &Finding) -> PictureBody {
-    match f.bodies.iter().position(|b| b == name) {
+    of_place(f.bodies.iter().position(|b| b == name))
+}
+
+/// Which body of the finding it is, by its place among them.
+fn of_place(place: Option<usize>) -> PictureBody {
+    match place {
         Some(0) => PictureBody::First,
         Some(_) => PictureBody::Second,
         None => PictureBody::Other,
@@ -184,18 +187,17 @@ fn solids(setup: &Setup<'_>, f: &Finding, q: &JointValues) -> Vec<ContactMesh> {
     let fixtures =
         fixtures.map(|(name, mesh)| ContactMesh { part: of_name(name, f), mesh: mesh.transformed(&work_from_table) });
     let mut all: Vec<ContactMesh> = machine.chain(fixtures).collect();
-    let names = |tool: &Tool, word: &str| [format!("{word} of {}", tool.name), format!("{}/{word}", tool.name)];
-    let named = |tool: &&Tool| ROLES.iter().any(|(_, word)| names(tool, word).iter().any(|n| f.bodies.contains(n)));
-    if let Some(tool) = setup.tools.tools.iter().find(named) {
+    let named = f.tool.filter(|part| part.role.is_some());
+    if let Some((part, tool)) = named.and_then(|part| Some((part, setup.tools.tools.get(part.tool)?))) {
         let work_from_tip = work_from_tip(setup, tool, q);
-        for (role, word) in ROLES {
-            let part = names(tool, word).iter().map(|n| of_name(n, f)).find(|p| *p != PictureBody::Other);
+        for role in ROLES {
+            let drawn_as = of_place((part.role == Some(role)).then_some(part.body));
             let mut mesh = TriMesh::default();
             for body in tool.bodies.iter().filter(|b| b.role == role) {
                 let chord = (0.01 * body.profile.max_radius()).clamp(0.005, 0.2);
                 mesh.append(&revolved_mesh(&body.profile.polyline(chord), 64));
             }
-            all.push(ContactMesh { part: part.unwrap_or(PictureBody::Other), mesh: mesh.transformed(&work_from_tip) });
+            all.push(ContactMesh { part: drawn_as, mesh: mesh.transformed(&work_from_tip) });
         }
     }
     all

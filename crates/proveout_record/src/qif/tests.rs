@@ -3,7 +3,10 @@
 use super::*;
 
 fn plan() -> [PlannedFeature; 3] {
-    let of = |from, direction: &str, thickness| PlannedFeature { from, direction: direction.into(), thickness };
+    let of = |from, direction: &str, thickness| {
+        let (axis, sign) = probe_direction(direction).expect("a direction");
+        PlannedFeature { from, axis, sign, thickness }
+    };
     [of([50.0, 3.0, 30.0], "-z", false), of([0.0, 0.0, -5.0], "+x", true), of([-9.0, 4.0, -5.0], "+x", false)]
 }
 

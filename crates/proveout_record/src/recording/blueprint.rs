@@ -230,7 +230,7 @@ fn axis_tab(unit: &JointUnit, drives: bool, plain: &mut Vec<String>) -> Containe
     let mut strips: Vec<(&str, &str, String)> =
         motion.map(|(what, per)| (what, what, format!("{length}{per}"))).collect();
     if drives {
-        let kind = if unit.force_unit == "N" { "drive force" } else { "drive torque" };
+        let kind = if unit.rotary { "drive torque" } else { "drive force" };
         strips.push(("following error", "following_error", length.to_owned()));
         strips.push((kind, "force", unit.force_unit.to_owned()));
         strips.push(("drive power", "power", "W".to_owned()));

@@ -396,7 +396,7 @@ fn text(setup: &Setup<'_>, schedule: &Schedule, units: &[JointUnit]) -> String {
         }
         let _ = write!(text, "\n| largest at the programmed feed | before | new |\n|---|---|---|\n");
         for joint in &run.joints {
-            let Some(unit) = units.get(joint.joint).filter(|u| u.unit == "deg") else { continue };
+            let Some(unit) = units.get(joint.joint).filter(|u| u.rotary) else { continue };
             let most = |values: &[f64]| {
                 let inside = values.get(run.stretch.clone()).unwrap_or_default();
                 inside.iter().filter(|v| v.is_finite()).fold(0.0_f64, |m, v| m.max(v.abs())) * unit.factor

@@ -21,6 +21,8 @@ use crate::{
 #[derive(Clone, Debug, Default)]
 pub(crate) struct JointSignals {
     pub(crate) name: String,
+    /// What its drive gives: `force` or `torque`.
+    pub(crate) effort: &'static str,
     /// `mm` or `deg`.
     pub(crate) unit: &'static str,
     /// Travel, where the machine has it.

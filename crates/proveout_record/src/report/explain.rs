@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use proveout_machine::Machine;
 use proveout_sim::{
-    finding::{self, Finding},
+    finding::{self, Finding, LimitSource},
     listing::{self, Listing, Wanted},
     observer::Setup,
     verdict::{State, Verdict},
@@ -61,7 +61,7 @@ pub(crate) fn explained(
     let tools = &setup.tools.tools;
     let tool = |f: &Finding| {
         let of_block = || tools.get(usize::from(blocks.of_block(f.block?)?.tool?));
-        let named = || tools.iter().find(|t| f.bodies.iter().any(|b| b.starts_with(&format!("{}/", t.name))));
+        let named = || tools.get(f.tool?.tool);
         named().or_else(of_block).map_or_else(String::new, |t| tool_name(t.number, &t.name))
     };
     let of = |f: &Finding| FindingContext {
@@ -76,43 +76,26 @@ pub(crate) fn explained(
 fn basis(setup: &Setup<'_>, f: &Finding) -> String {
     let t = &setup.scene.file.tolerances;
     let scene = |key: &str| format!("chosen: {key} in the scene");
-    let joint = || f.bodies.first().and_then(|name| setup.machine.joints.iter().find(|j| j.name == *name));
-    let code = f.code.as_str();
-    if code == finding::OVERTRAVEL.code {
-        return joint().map_or_else(String::new, |j| {
+    match f.limit_source {
+        Some(LimitSource::Travel(joint)) => setup.machine.joints.get(joint).map_or_else(String::new, |j| {
             let note = trust_note(setup.machine, &j.name, &["travel_mm", "travel_deg", "endless"]);
             match setup.machine.travel_is_chosen(j) {
                 Some(true) => format!("chosen in the machine file{note}"),
                 Some(false) => format!("the machine file has it from a source{note}"),
                 None => "the machine file names no source".into(),
             }
-        });
+        }),
+        Some(LimitSource::NearMissTolerance) => scene("tolerances.near_miss_mm"),
+        Some(LimitSource::GougeTolerance) => scene("tolerances.gouge_mm"),
+        Some(LimitSource::ExcessTolerance) => scene("tolerances.excess_mm"),
+        Some(LimitSource::InspectedFeature) => "the tolerance of the feature in the scene".into(),
+        Some(LimitSource::SpindleOrTool) => "of the spindle in the machine file or of the tool in its library".into(),
+        Some(LimitSource::Tool) => "of the tool in its library".into(),
+        None if f.limit.is_none() && f.penetration_mm.is_some() => {
+            format!("chosen: a touch up to {} is not a cut (tolerances.contact_mm in the scene)", length(t.contact_mm))
+        }
+        None => String::new(),
     }
-    if code == finding::NEAR_MISS.code {
-        return scene("tolerances.near_miss_mm");
-    }
-    if code == finding::GOUGE.code {
-        return scene("tolerances.gouge_mm");
-    }
-    if code == finding::EXCESS.code {
-        return scene("tolerances.excess_mm");
-    }
-    if code == finding::INSPECTION.code {
-        return "the tolerance of the feature in the scene".into();
-    }
-    if code == finding::SPINDLE_SPEED.code {
-        return "of the spindle in the machine file or of the tool in its library".into();
-    }
-    if [finding::PLUNGE.code, finding::TAP_PITCH.code].contains(&code) {
-        return "of the tool in its library".into();
-    }
-    if f.limit.is_none() && f.penetration_mm.is_some() {
-        return format!(
-            "chosen: a touch up to {} is not a cut (tolerances.contact_mm in the scene)",
-            length(t.contact_mm)
-        );
-    }
-    String::new()
 }
 
 /// What the machine file says of a value: its source or the reason of the choice.
@@ -127,14 +110,14 @@ fn trust_note(machine: &Machine, joint: &str, keys: &[&str]) -> String {
 pub(crate) fn unchecked(setup: &Setup<'_>, v: &Verdict) -> Vec<[String; 2]> {
     let mut all: Vec<[String; 2]> = Vec::new();
     for gate in v.gates.iter().filter(|g| g.state == State::Unchecked) {
-        all.push([format!("Gate {}", gate.name), gate.reason.clone()]);
+        all.push([format!("Gate {}", gate.gate), gate.reason.clone()]);
     }
     if setup.scene.file.workholding.is_some() {
         let words = setup.scene.file.workholding_in_words().unwrap_or_default();
         all.push(["Workholding".into(), words]);
     }
     for gate in v.gates.iter().filter(|g| g.state == State::NotAsked) {
-        all.push([format!("Gate {}: not asked", gate.name), gate.reason.clone()]);
+        all.push([format!("Gate {}: not asked", gate.gate), gate.reason.clone()]);
     }
     for texture in &v.surface.textures {
         all.extend(texture.unchecked.iter().map(|why| [format!("Texture of {}", texture.name), why.clone()]));

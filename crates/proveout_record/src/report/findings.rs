@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use proveout_sim::{
-    finding::{CODES, Family, Finding, INSPECTION, NEAR_MISS, OVERTRAVEL, Severity},
+    finding::{self, CODES, Code, Family, Finding, INSPECTION, NEAR_MISS, OVERTRAVEL, Severity},
     listing::Listing,
 };
 use serde::Serialize;
@@ -133,66 +133,78 @@ fn id(index: usize) -> String {
 /// What a depth is counted from, in words: holder, neck and shank are more often at the side of material
 /// than above it.
 fn deep(code: &str) -> &'static str {
-    match code {
-        "collision-holder-stock" | "process-neck-rubs" | "process-shank-rubs" => "from the free surface",
-        _ => "deep",
-    }
+    let aside = [finding::HOLDER_IN_STOCK, finding::NECK_RUBS, finding::SHANK_RUBS];
+    if aside.iter().any(|c| c.code == code) { "from the free surface" } else { "deep" }
 }
 
-/// What a machinist or programmer can do about a code; empty for codes that this table does not know.
+/// What a machinist or programmer can do about a code.
+const REMEDIES: [(Code, &str); 28] = [
+    (finding::STOPPED, "Correct the named block; nothing after it was run."),
+    (finding::TEXT_LOST, "Remove the end word if the program goes on, or remove the text after it."),
+    (finding::TEXT_UNPROVEN, "Give each main program a file of its own, and prove each of them."),
+    (finding::TEXT_SKIPPED, "Run the program with the other values too, or remove the text."),
+    (
+        finding::LONG_DWELL,
+        "Write the dwell in the unit of the control, or state the unit as `dwell` of the control file.",
+    ),
+    (
+        OVERTRAVEL,
+        "`proveout check` of the scene shows the cause, and whether another mounting brings the axis back into its travel.",
+    ),
+    (finding::UNREACHABLE, "The rotary axes cannot take this tilt: lower it or set the part up at another angle."),
+    (
+        finding::OFF_CIRCLE,
+        "Name the tool axis instead of the rotary axes, split the block, or turn the part so that its tilts stay in reach.",
+    ),
+    (
+        finding::POLE_CROSSED,
+        "Nothing, where the angle is below what the surface allows; otherwise a smaller cone, or a tilt that keeps away from the pole.",
+    ),
+    (
+        finding::DRIVE_SATURATED,
+        "Lower the acceleration or jerk of the joint or the feed of the block, or correct force limit, masses and friction of its drive.",
+    ),
+    (
+        finding::PLANNED_MOTION,
+        "A defect of the control's plan: report it with program and machine. A lower feed or an exact stop leads around it.",
+    ),
+    (finding::SPINDLE_SPEED, "Lower the programmed speed, or use a tool or spindle that allows it."),
+    (finding::RAPID_IN_MATERIAL, "Move in feed here, or raise the retract plane above the stock at this block."),
+    (finding::SPINDLE_OFF, "Start the spindle before the tool reaches the material."),
+    (
+        finding::SPINDLE_WRONG_WAY,
+        "Turn the spindle the way the tool cuts (M3 for right-handed, M4 for left-handed tools).",
+    ),
+    (finding::NO_TOOL, "Call a tool before this block."),
+    (
+        finding::NECK_RUBS,
+        "Cut less deep in one pass, use a tool with longer flutes or relieved neck, or tilt the tool away from the wall.",
+    ),
+    (
+        finding::SHANK_RUBS,
+        "Cut less deep in one pass, use a tool with longer flutes or relieved neck, or tilt the tool away from the wall.",
+    ),
+    (
+        finding::HOLDER_IN_STOCK,
+        "Run again with --overhang: it finds the least length that clears, where one does. Or cut less deep, or tilt the tool away from the wall.",
+    ),
+    (
+        finding::COLLISION,
+        "Change the depth or the way of this block at the place named here, or the fixture there; where the finding names the mounting, that too.",
+    ),
+    (NEAR_MISS, "Check the real clamping here before the first part."),
+    (finding::OVERCUT, "Use a smaller tool for this part of the contour, or leave the narrow place out."),
+    (finding::CONTOUR_TOUCHED, "Begin and end one tool radius away from the contour, or lead in and out on arcs."),
+    (finding::GOUGE, "Check cutter compensation, tool length and radius, and the path at the marked point."),
+    (finding::EXCESS, "Finish the marked area with another pass or a smaller tool."),
+    (finding::FILM, "Nothing fails for it; let the passes overlap if they meet edge to edge."),
+    (finding::THREAD, "None is needed: the design has the holes before their threads."),
+    (INSPECTION, "Compare the block that made the feature with the drawing."),
+];
+
+/// What a machinist or programmer can do about a code; empty where nothing is to be done.
 fn remedy(code: &str) -> &'static str {
-    match code {
-        "program-stopped" => "Correct the named block; nothing after it was run.",
-        "program-text-lost" => "Remove the end word if the program goes on, or remove the text after it.",
-        "program-text-unproven" => "Give each main program a file of its own, and prove each of them.",
-        "program-text-skipped" => "Run the program with the other values too, or remove the text.",
-        "program-long-dwell" => {
-            "Write the dwell in the unit of the control, or state the unit as `dwell` of the control file."
-        }
-        "limits-overtravel" => {
-            "`proveout check` of the scene shows the cause, and whether another mounting brings the axis back into its travel."
-        }
-        "limits-unreachable" => "The rotary axes cannot take this tilt: lower it or set the part up at another angle.",
-        "limits-off-circle" => {
-            "Name the tool axis instead of the rotary axes, split the block, or turn the part so that its tilts stay in reach."
-        }
-        "limits-pole-crossed" => {
-            "Nothing, where the angle is below what the surface allows; otherwise a smaller cone, or a tilt that keeps away from the pole."
-        }
-        "limits-drive-saturated" => {
-            "Lower the acceleration or jerk of the joint or the feed of the block, or correct force limit, masses and friction of its drive."
-        }
-        "limits-planned-motion" => {
-            "A defect of the control's plan: report it with program and machine. A lower feed or an exact stop leads around it."
-        }
-        "limits-spindle-speed" => "Lower the programmed speed, or use a tool or spindle that allows it.",
-        "process-rapid-in-material" => "Move in feed here, or raise the retract plane above the stock at this block.",
-        "process-spindle-off" => "Start the spindle before the tool reaches the material.",
-        "process-spindle-wrong-way" => {
-            "Turn the spindle the way the tool cuts (M3 for right-handed, M4 for left-handed tools)."
-        }
-        "process-no-tool" => "Call a tool before this block.",
-        "process-neck-rubs" | "process-shank-rubs" => {
-            "Cut less deep in one pass, use a tool with longer flutes or relieved neck, or tilt the tool away from the wall."
-        }
-        "collision-holder-stock" => {
-            "Run again with --overhang: it finds the least length that clears, where one does. Or cut less deep, or tilt the tool away from the wall."
-        }
-        "collision-bodies" => {
-            "Change the depth or the way of this block at the place named here, or the fixture there; where the finding names the mounting, that too."
-        }
-        "collision-near-miss" => "Check the real clamping here before the first part.",
-        "geometry-overcut" => "Use a smaller tool for this part of the contour, or leave the narrow place out.",
-        "geometry-contour-touched" => {
-            "Begin and end one tool radius away from the contour, or lead in and out on arcs."
-        }
-        "geometry-gouge" => "Check cutter compensation, tool length and radius, and the path at the marked point.",
-        "geometry-excess" => "Finish the marked area with another pass or a smaller tool.",
-        "geometry-film" => "Nothing fails for it; let the passes overlap if they meet edge to edge.",
-        "geometry-thread" => "None is needed: the design has the holes before their threads.",
-        "geometry-inspection" => "Compare the block that made the feature with the drawing.",
-        _ => "",
-    }
+    REMEDIES.iter().find(|(own, _)| own.code == code).map_or("", |(_, text)| text)
 }
 
 /// Groups by code: errors, then warnings, then notes; within a weight in order of first time, near misses

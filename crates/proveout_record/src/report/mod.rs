@@ -81,6 +81,7 @@ impl Observer for ReportObserver {
         self.units = JointUnit::all(setup.machine);
         let signals = |(unit, joint): (&JointUnit, &proveout_machine::Joint)| JointSignals {
             name: unit.name.clone(),
+            effort: unit.effort(),
             unit: unit.unit,
             travel: joint.travel.map(|t| t.map(|l| l * unit.factor)),
             limits: [joint.max_velocity, joint.max_acceleration, joint.max_jerk].map(|l| l.map(|l| l * unit.factor)),

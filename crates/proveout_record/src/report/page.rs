@@ -3,7 +3,7 @@
 use minijinja::value::Serde;
 use proveout_sim::{
     finding::NEAR_MISS,
-    verdict::{Partial, State, Verdict},
+    verdict::{Gate, Partial, State, Verdict},
 };
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -269,25 +269,24 @@ fn tool_changes(changes: &[(f64, String)]) -> String {
 }
 
 fn gates(v: &Verdict) -> Vec<Value> {
-    let question = |name: &str| match name {
-        "program" => "Program runs to its end".to_owned(),
-        "limits" => "Travel and drive limits kept".to_owned(),
-        "process" => "No rapid, shank or neck in material".to_owned(),
-        "collision" => "No collision".to_owned(),
-        "near_miss" => "Clearance kept".to_owned(),
-        "gouge" => "No gouge".to_owned(),
-        "excess" => "No material left".to_owned(),
-        "surface" => "Surface texture".to_owned(),
-        other => other.to_owned(),
+    let question = |gate: Gate| match gate {
+        Gate::Program => "Program runs to its end",
+        Gate::Limits => "Travel and drive limits kept",
+        Gate::Process => "No rapid, shank or neck in material",
+        Gate::Collision => "No collision",
+        Gate::NearMiss => "Clearance kept",
+        Gate::Gouge => "No gouge",
+        Gate::Excess => "No material left",
+        Gate::Surface => "Surface texture",
     };
-    let row = |g: &proveout_sim::verdict::Gate| {
+    let row = |g: &proveout_sim::verdict::GateVerdict| {
         let (class, word) = match g.state {
             State::Pass => ("pass", "Pass"),
             State::Fail => ("fail", "Fail"),
             State::Unchecked => ("unchecked", "Unchecked"),
             State::NotAsked => ("not_asked", "Not asked"),
         };
-        json!({ "question": question(&g.name), "class": class, "word": word, "reason": g.reason })
+        json!({ "question": question(g.gate), "class": class, "word": word, "reason": g.reason })
     };
     v.gates.iter().map(row).collect()
 }
@@ -383,14 +382,13 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
         .collect();
     let mut what = "position, velocity, acceleration and jerk".to_owned();
     if joint.following.range().is_some() {
-        let kind = if joint.force_unit == "N" { "force" } else { "torque" };
-        let force = SignalStrip::new(format!("Drive {kind}, {}", joint.force_unit), &joint.force, 62.0);
+        let force = SignalStrip::new(format!("Drive {}, {}", joint.effort, joint.force_unit), &joint.force, 62.0);
         strips.extend([
             SignalStrip::new(format!("Following error, {unit}"), &joint.following, 62.0),
             SignalStrip { limits: both(joint.force_limit), marks: joint.saturated.marked(), ..force },
             SignalStrip::new("Drive power, W", &joint.power, 62.0),
         ]);
-        what = format!("position, velocity, acceleration, jerk, following error, drive {kind} and power");
+        what = format!("position, velocity, acceleration, jerk, following error, drive {} and power", joint.effort);
     }
     let name = format!("Axis {}", joint.name);
     Plot { svg: svg(&strips, 560.0, end, &[], &format!("{name}: {what} over time")), name }

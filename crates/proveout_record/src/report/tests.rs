@@ -4,7 +4,7 @@ use proveout_geom::cylinder_mesh;
 use proveout_sim::{
     finding::{Family, Finding, Severity},
     listing::Listing,
-    verdict::{self, Axis, Gate, Inspected, MachineUsed, State, ToolUse, Verdict},
+    verdict::{self, Axis, Gate, GateVerdict, Inspected, MachineUsed, State, ToolUse, Verdict},
 };
 
 use super::gouge_excess_scale::{Scale, Scales};
@@ -43,6 +43,8 @@ pub(crate) fn finding(severity: Severity, code: &str, message: &str) -> Finding 
         areas: None,
         repeats: 3,
         message: message.into(),
+        tool: None,
+        limit_source: None,
     }
 }
 
@@ -69,7 +71,7 @@ pub(crate) fn verdict(message: &str) -> Verdict {
         digests: [(message.to_owned(), "ab".repeat(32))].into(),
         set: [("control.path_tolerance_mm".to_owned(), message.to_owned())].into(),
         verdict: State::Fail,
-        gates: vec![Gate { name: "collision".into(), state: State::Fail, reason: message.into() }],
+        gates: vec![GateVerdict { gate: Gate::Collision, state: State::Fail, reason: message.into() }],
         partial: None,
         findings: vec![
             finding(Severity::Info, "program-note", message),
@@ -233,6 +235,7 @@ fn driven() -> (Verdict, JointSignals) {
         unit: "mm",
         travel: Some([-150.0, 5000.0]),
         limits: [Some(500.0), Some(4000.0), None],
+        effort: "force",
         force_unit: "N",
         force_limit: Some(2000.0),
         ..Default::default()

@@ -203,7 +203,7 @@ impl SetupSheetObserver {
 /// look like one for the machine.
 fn verdict_of(v: &Verdict) -> (&'static str, String) {
     let named = |state: State| {
-        let gates = v.gates.iter().filter(|g| g.state == state).map(|g| g.name.as_str());
+        let gates = v.gates.iter().filter(|g| g.state == state).map(|g| g.gate.name());
         gates.collect::<Vec<_>>().join(", ")
     };
     match v.verdict {

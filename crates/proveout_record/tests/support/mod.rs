@@ -12,8 +12,8 @@ use proveout_sim::{
     observer::{Batch, BlockRow, ClearanceProof, Outcome, SampleSignals, Setup},
     scene::Scene,
     verdict::{
-        Axis, Clearance, Deviation, Gate, Inspected, MachineUsed, Path as PathFigures, Removal, State, Surface, Time,
-        ToolUse, Verdict,
+        Axis, Clearance, Deviation, Gate, GateVerdict, Inspected, MachineUsed, Path as PathFigures, Removal, State,
+        Surface, Time, ToolUse, Verdict,
     },
 };
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
@@ -387,11 +387,17 @@ fn finding_of(code: &Code, state: &Position, message: &str) -> Finding {
         areas: None,
         repeats: 2,
         message: message.into(),
+        tool: None,
+        limit_source: code.limit_source,
     }
 }
 
 pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
-    let gate = |name: &str, state, reason: &str| Gate { name: name.into(), state, reason: reason.into() };
+    let gate = |name: &str, state, reason: &str| GateVerdict {
+        gate: Gate::named(name).expect("a gate"),
+        state,
+        reason: reason.into(),
+    };
     let linear = |v: f64| Axis {
         unit: "mm".into(),
         min: -312.4,

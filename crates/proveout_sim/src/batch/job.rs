@@ -37,7 +37,7 @@ use crate::{
     verdict::{
         finding::Severity,
         gates,
-        verdict_file::{Gate, State, Verdict},
+        verdict_file::{GateVerdict, State, Verdict},
     },
 };
 
@@ -215,7 +215,7 @@ pub struct SetupVerdict {
     /// Program of the scene.
     pub program: Option<String>,
     /// Its gates.
-    pub gates: Vec<Gate>,
+    pub gates: Vec<GateVerdict>,
     /// Findings that fail a gate.
     pub errors: u64,
     /// The first of them, in words.
@@ -281,11 +281,6 @@ impl JobVerdict {
     }
 
     fn judge(&mut self) {
-        let gate = |s: &SetupVerdict| Gate {
-            name: s.name.clone(),
-            state: s.verdict.unwrap_or(State::Unchecked),
-            reason: String::new(),
-        };
-        self.verdict = gates::overall(&self.setups.iter().map(gate).collect::<Vec<_>>());
+        self.verdict = gates::overall(self.setups.iter().map(|s| s.verdict.unwrap_or(State::Unchecked)));
     }
 }

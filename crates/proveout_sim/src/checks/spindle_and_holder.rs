@@ -243,6 +243,16 @@ pub(crate) fn part_of_tool(what: Swept) -> &'static str {
     }
 }
 
+/// The role of that part; none for the core, which is no body of the tool.
+pub(crate) fn role_of(what: Swept) -> Option<Role> {
+    match what {
+        Swept::Body(role) => Some(role),
+        Swept::Entry => Some(Role::Cutting),
+        Swept::Zone => Some(Role::Holder),
+        Swept::Core => None,
+    }
+}
+
 /// How deep a sweep was in material, mm: measured where it is, else the longest overlap.
 pub(crate) fn depth(report: &SweepReport) -> f64 {
     report.depth_mm.unwrap_or(report.overlap_mm)

@@ -18,8 +18,9 @@ use crate::{
     units::UM_PER_MM,
     verdict::{
         finding::Severity,
+        gate::Gate,
         gates,
-        verdict_file::{Gate, State, Time},
+        verdict_file::{GateVerdict, State, Time},
     },
 };
 
@@ -124,14 +125,11 @@ impl Comparing {
     /// A program whose motion alone was run: no gate was checked.
     fn motion_figures(&self, entry: &Entry) -> Option<ProgramFigures> {
         let summary = &entry.motion.as_ref()?.summary;
-        let open = |name: &&str| Gate {
-            name: (*name).to_owned(),
-            state: State::Unchecked,
-            reason: "the scene compares motion alone".to_owned(),
-        };
+        let open =
+            |gate| GateVerdict { gate, state: State::Unchecked, reason: "the scene compares motion alone".to_owned() };
         let stretch = self.stretch(entry);
         Some(ProgramFigures {
-            gates: gates::GATES.iter().map(open).collect(),
+            gates: Gate::ALL.map(open).into(),
             digests: entry.digests.clone(),
             ..ProgramFigures::of_motion(self.folder(&entry.name), time_of(summary), self.made_figures(entry), stretch)
         })
@@ -351,8 +349,7 @@ pub(super) fn overall(comparison: &Comparison, must_pass: Option<&[String]>) -> 
     let programs = comparison.programs.iter().filter(|(name, _)| counts(name)).map(|(_, p)| p.verdict);
     let banded = comparison.published.iter().filter(|p| p.band.is_some()).map(|p| p.state);
     let states = programs.chain(comparison.expectations.iter().map(|e| e.state)).chain(banded);
-    let gates: Vec<Gate> = states.map(|state| Gate { name: String::new(), state, reason: String::new() }).collect();
-    gates::overall(&gates)
+    gates::overall(states)
 }
 
 const DEPTH_RULE: &str = "Depth of cut: allowance of the raw blade over the design, minus what the ball leaves \

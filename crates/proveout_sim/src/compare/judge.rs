@@ -107,7 +107,7 @@ fn expectation(e: &ExpectFile, all: &Comparison) -> Expectation {
     };
     if let Some(name) = &e.gate {
         out.measured = format!("gate {name} of {}", e.program);
-        let gate = all.programs.get(&e.program).and_then(|p| p.gates.iter().find(|g| g.name == *name));
+        let gate = all.programs.get(&e.program).and_then(|p| p.gates.iter().find(|g| g.gate.name() == name));
         match gate {
             // A criterion asks what the scene does not: it is open.
             Some(gate) if gate.state == State::NotAsked => out.reason = format!("not asked: {}", gate.reason),
@@ -283,7 +283,8 @@ mod tests {
     use crate::{
         compare::result::{Made, Stretch, StretchAxis},
         observe::study::StudyFigure,
-        verdict::verdict_file::{Clearance, Deviation, Gate, Surface, Time},
+        verdict::gate::Gate,
+        verdict::verdict_file::{Clearance, Deviation, GateVerdict, Surface, Time},
     };
 
     fn program(time: f64, acceleration: Option<f64>) -> ProgramFigures {
@@ -298,11 +299,11 @@ mod tests {
             demand_velocity: Some(100.0),
             demand_acceleration: acceleration,
         };
-        let gate = |name: &str, state| Gate { name: name.into(), state, reason: format!("{name} by test") };
+        let gate = |gate: Gate, state| GateVerdict { gate, state, reason: format!("{gate} by test") };
         ProgramFigures {
             folder: "p".into(),
             verdict: State::Unchecked,
-            gates: vec![gate("gouge", State::Pass), gate("collision", State::Unchecked)],
+            gates: vec![gate(Gate::Gouge, State::Pass), gate(Gate::Collision, State::Unchecked)],
             errors: 0,
             digests: BTreeMap::new(),
             made: Some(Made {

@@ -67,7 +67,6 @@ pub use self::{
     markdown::markdown,
     pictures::{DemandRow, JointPicture, PartPicture, Pictures, ProgramPicture, Role, Study, StudyCurve},
     result::*,
-    sphere::GAUSS_SPHERE,
     uncertainty::{TimeGain, VariationKind},
 };
 use crate::{

@@ -93,6 +93,7 @@ pub(crate) fn study_of(run: &ReprogrammedRun) -> Study {
         role: role(c.kind),
         axes: c.axes.map(|a| a.name.into()),
         units: c.axes.map(|a| a.unit.into()),
+        equal_scales: false,
         points: c.points.clone(),
     };
     let figure = |f: &Figure| StudyFigure { name: f.name.into(), unit: f.unit.into(), value: f.value };

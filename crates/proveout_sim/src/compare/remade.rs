@@ -5,7 +5,7 @@ use std::path::Path;
 use proveout_controller::{ControlError, Reprogrammed};
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, Settings};
-use proveout_reschedule::{KEPT, Study};
+use proveout_reschedule::{ChannelWidth, KeptSchedule};
 use proveout_tool::ToolLibrary;
 
 use crate::{
@@ -30,22 +30,11 @@ pub struct Remade {
     /// Why there is no certificate of a stretch, one for each.
     pub uncertified: Vec<String>,
     /// Channels that the method has looked at, those of each run in order.
-    pub channels: Vec<ChannelShown>,
+    pub channels: Vec<ChannelWidth>,
     /// Time in feed of the program before and of this one, s.
     pub feed_s: [f64; 2],
     /// Whose schedule the method has kept, since none of its own was faster or smoother.
-    pub kept: Option<&'static str>,
-}
-
-/// A channel of tool axes by its figures.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ChannelShown {
-    /// Which one: `clearance 50 deg`, `by the tool`.
-    pub name: String,
-    /// Its width at its narrowest place.
-    pub narrowest_deg: f64,
-    /// Least peak of the table's velocity at the programmed feed; none where no schedule passes it.
-    pub least_velocity_deg_s: Option<f64>,
+    pub kept: Option<KeptSchedule>,
 }
 
 /// Refuses a program that sends a joint past its travel where the program before does not.
@@ -86,16 +75,6 @@ fn refuse_over_travel(
         joint.name
     );
     Err(SimError::Control(Box::new(ControlError { code: "reschedule-range", message, location, help: Some(help) })))
-}
-
-/// The channels that a study reports.
-fn channels(study: &Study) -> Vec<ChannelShown> {
-    let shown = study.figures.iter().filter_map(|f| {
-        let name = f.name.strip_prefix("narrowest channel, ")?;
-        let least_velocity_deg_s = study.figure(&format!("least peak velocity, {name}"));
-        Some(ChannelShown { name: name.to_owned(), narrowest_deg: f.value, least_velocity_deg_s })
-    });
-    shown.collect()
 }
 
 impl Rescheduling<'_> {
@@ -143,8 +122,8 @@ impl Rescheduling<'_> {
             runs,
         };
         let text = if dialect == Dialect::Siemens840d { run } else { text(&made.commands, dialect, &settings)? };
-        let channels = made.runs.iter().flat_map(|run| channels(&run.study)).collect();
-        let kept = made.runs.iter().find_map(|run| KEPT.into_iter().find(|name| run.study.figure(name).is_some()));
+        let channels = made.runs.iter().flat_map(|run| run.study.channels.clone()).collect();
+        let kept = made.runs.iter().find_map(|run| run.study.kept);
         let in_feed = |motion: &motion_only::Motion| motion.blocks.iter().map(|b| b.time[1] - b.time[0]).sum::<f64>();
         let feed_s = [in_feed(&original), in_feed(&new)];
         Ok(Remade { text, certificate, uncertified, channels, feed_s, kept })

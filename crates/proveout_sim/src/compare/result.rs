@@ -10,7 +10,7 @@ pub use crate::scene::joint_limits::ChangedLimit;
 use crate::{
     compare::certificate::VelocityLimit,
     scene::PublishedKindFile,
-    verdict::verdict_file::{Axis, Clearance, Deviation, Gate, State, Surface, Time},
+    verdict::verdict_file::{Axis, Clearance, Deviation, GateVerdict, State, Surface, Time},
 };
 
 pub use crate::observe::study::StudyFigure;
@@ -120,7 +120,7 @@ pub struct ProgramFigures {
     /// Verdict of its run.
     pub verdict: State,
     /// Its gates.
-    pub gates: Vec<Gate>,
+    pub gates: Vec<GateVerdict>,
     /// Errors that its run found.
     pub errors: u64,
     /// SHA-256 of its inputs by role.

@@ -12,7 +12,7 @@ use proveout_geom::{ToolPose, Vector};
 use crate::observe::study::{Role, StudyCurve};
 
 /// How the abscissa of curves on the Gauss sphere begins: they are drawn in a square.
-pub const GAUSS_SPHERE: &str = "Gauss sphere";
+const GAUSS_SPHERE: &str = "Gauss sphere";
 /// Circles of equal angle from the middle, degrees apart: the first of these that needs no more than five.
 const CIRCLES: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 30.0];
 /// Points of a circle.
@@ -57,6 +57,7 @@ pub(super) fn gauss_sphere(run: &ReprogrammedRun) -> Vec<StudyCurve> {
         role,
         axes: axes.clone(),
         units: ["deg".to_owned(), "deg".to_owned()],
+        equal_scales: true,
         points,
     };
     let place = |pose: &ToolPose| {

@@ -1,19 +1,23 @@
 //! Bodies against bodies along the pieces of motion.
 
 use proveout_collision::{
-    CollisionError, Effort, FinerPiece, Fixture, Interference, PairInfo, Severity, Unchecked, ZONE_MM,
+    CollisionError, Effort, FinerPiece, Fixture, Interference, PairInfo, PartKind, Severity, Unchecked, ZONE_MM,
 };
 use proveout_controller::Piece;
 use proveout_geom::{Point, TriMesh, box_mesh};
 use proveout_machine::Machine;
 use proveout_stock::TriDexel;
+use proveout_tool::Role;
 
 use crate::{
     checks::spindle_and_holder::CuttingState,
     cut::{body_facts::Told, stock_bodies::StockBodies},
     observe::block_rows::ClearanceProof,
     prepare::prepared::Prepared,
-    verdict::verdict_file::{Clearance, PairClearance, UncheckedPair},
+    verdict::{
+        finding::ToolPart,
+        verdict_file::{Clearance, PairClearance, UncheckedPair},
+    },
 };
 
 /// How a hit is judged.
@@ -30,6 +34,10 @@ pub(crate) enum HitKind {
 pub(crate) struct Hit {
     pub(crate) kind: HitKind,
     pub(crate) bodies: [String; 2],
+    /// The tool in the spindle, by its index in the library.
+    pub(crate) tool: Option<usize>,
+    /// Of both bodies: which part of the tool it is; none for other bodies.
+    pub(crate) roles: [Option<Role>; 2],
     /// When, s.
     pub(crate) time: f64,
     pub(crate) penetration: Option<f64>,
@@ -39,6 +47,14 @@ pub(crate) struct Hit {
     pub(crate) point_in_table: Point,
     /// Index of the breach, whose figures grow while it lasts.
     pub(crate) breach: usize,
+}
+
+impl Hit {
+    /// The part of the tool among the two bodies.
+    pub(crate) fn tool_part(&self) -> Option<ToolPart> {
+        let body = self.roles.iter().position(Option::is_some)?;
+        Some(ToolPart { tool: self.tool?, role: self.roles[body], body, swept: false })
+    }
 }
 
 /// What the check of one piece gave.
@@ -165,6 +181,7 @@ impl<'a> BodyCheck<'a> {
                 Some(reason) => format!("{}: {reason}", why.reason()),
                 None => why.reason().into(),
             },
+            cause: Some(why),
         };
         pairs.map(words).collect()
     }
@@ -240,6 +257,8 @@ impl<'a> BodyCheck<'a> {
                 Severity::Collision | Severity::QueryFailed => HitKind::Collision,
             },
             bodies: breach.bodies.clone().map(|b| b.to_string()),
+            tool: self.tool,
+            roles: breach.kinds.map(PartKind::role),
             time: breach.time,
             penetration: breach.penetration_estimate,
             inside: breach.inside,

@@ -14,9 +14,12 @@ use proveout_geom::Aabb;
 use proveout_stock::{BetweenFound, BetweenRays, Measure, SweepItem, SweepReport};
 use proveout_tool::{Profile, Role, Tool};
 
-use crate::checks::{
-    plunge,
-    spindle_and_holder::{self, CuttingState, SweepPart, Sweeps, Swept},
+use crate::{
+    checks::{
+        plunge,
+        spindle_and_holder::{self, CuttingState, SweepPart, Sweeps, Swept},
+    },
+    verdict::gate::Gate,
 };
 
 /// Work of a whole run after which nothing more is searched: distances.
@@ -25,20 +28,11 @@ const MOST_WORK: u64 = 150_000_000;
 const MOST_OPEN: u32 = 16;
 
 /// Which gate a part of the tool belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum GateOf {
-    Process,
-    Collision,
-    NearMiss,
-}
-
-impl GateOf {
-    fn of(what: Swept) -> Self {
-        match what {
-            Swept::Zone => Self::NearMiss,
-            Swept::Body(Role::Holder) => Self::Collision,
-            _ => Self::Process,
-        }
+fn gate_of(what: Swept) -> Gate {
+    match what {
+        Swept::Zone => Gate::NearMiss,
+        Swept::Body(Role::Holder) => Gate::Collision,
+        _ => Gate::Process,
     }
 }
 
@@ -56,7 +50,7 @@ struct Open {
 #[derive(Debug)]
 pub(crate) struct BetweenWatch {
     store: BetweenRays,
-    open: BTreeMap<(GateOf, usize, u8), Open>,
+    open: BTreeMap<(Gate, usize, u8), Open>,
     /// Parts that have come off so far.
     gone: usize,
 }
@@ -65,7 +59,7 @@ pub(crate) struct BetweenWatch {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BetweenFacts {
     /// What is not known, by gate.
-    pub(crate) left_out: BTreeMap<GateOf, Vec<String>>,
+    pub(crate) left_out: BTreeMap<Gate, Vec<String>>,
 }
 
 fn number(what: Swept) -> u8 {
@@ -190,7 +184,7 @@ impl BetweenWatch {
     }
 
     fn decide(&mut self, range: &Range<'_, '_>, item: &SweepItem<'_>, what: Swept, contact: f64) -> BetweenFound {
-        let known = self.open.get(&(GateOf::of(what), range.at.2, number(what)));
+        let known = self.open.get(&(gate_of(what), range.at.2, number(what)));
         if known.is_some_and(|o| o.more >= MOST_OPEN) || self.store.work() >= MOST_WORK {
             return BetweenFound::Open { point: item.motion.from.tip, size_mm: item.body.max_radius() };
         }
@@ -199,7 +193,7 @@ impl BetweenWatch {
 
     fn leave_open(&mut self, range: &Range<'_, '_>, what: Swept, point: [f64; 3], size: f64) {
         let (_, block, tool) = range.at;
-        let open = self.open.entry((GateOf::of(what), tool, number(what)));
+        let open = self.open.entry((gate_of(what), tool, number(what)));
         open.and_modify(|o| {
             o.more += 1;
             o.size = o.size.max(size);

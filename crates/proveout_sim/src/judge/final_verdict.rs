@@ -9,7 +9,7 @@ use proveout_stock::{Patch, TriDexel};
 
 use crate::{
     checks::{leg_limits, tap_pitch},
-    cut::{engine::Facts, kept_motion::Swept, tool_between_rays::GateOf},
+    cut::{engine::Facts, kept_motion::Swept},
     judge::{
         gouge_findings::{films_in_words, judge_areas, tell_films, tell_threads, threads_in_words},
         probe_inspection, scallop, scallop_limits,
@@ -25,12 +25,13 @@ use crate::{
     units::N_M_PER_N_MM,
     verdict::{
         finding::{self, Finding, Severity},
+        gate::{Gate, PerGate},
         gates::{self, Coverage},
         log::FindingLog,
         partial_run::{self, Partial},
         verdict_file::{
-            Axis, Deviation, Gate, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface, Time,
-            Verdict,
+            Axis, Deviation, GateVerdict, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface,
+            Time, Verdict,
         },
     },
 };
@@ -118,7 +119,7 @@ pub(crate) fn judge(
         },
         digests: prepared.digests.clone(),
         set: prepared.set.clone(),
-        verdict: gates::overall(&gates),
+        verdict: gates::overall(gates.iter().map(|g| g.state)),
         gates,
         partial,
         findings: log
@@ -300,7 +301,7 @@ struct Known<'a> {
 
 /// Pairs that are not checked for a reason, in words.
 fn of_neighbors(facts: &Facts, why: Unchecked) -> String {
-    let pairs = facts.clearance.unchecked.iter().filter(|u| u.reason == why.reason());
+    let pairs = facts.clearance.unchecked.iter().filter(|u| u.cause == Some(why));
     pairs.map(|u| u.bodies.join(" against ")).collect::<Vec<_>>().join(", ")
 }
 
@@ -310,7 +311,7 @@ fn judge_gates(
     summary: &Summary,
     known: &Known<'_>,
     partial: Option<&Partial>,
-) -> Vec<Gate> {
+) -> Vec<GateVerdict> {
     let Known { measured, inspection, of_surface, surface, log } = *known;
     let tolerances = &prepared.scene.file.tolerances;
     let limits = {
@@ -352,7 +353,7 @@ fn judge_gates(
         left_out: {
             let motions = if probes == 1 { "motion" } else { "motions" };
             let probes = (probes > 0).then(|| format!("{probes} probing {motions}: the probe result is not known"));
-            let between = facts.between.left_out.get(&GateOf::Process).into_iter().flatten();
+            let between = facts.between.left_out.get(&Gate::Process).into_iter().flatten();
             let taps = tap_pitch::unknown(&prepared.tools, &facts.tools);
             let unknown = probes.into_iter().chain(facts.unknown_plunges.iter().chain(between).cloned()).chain(taps);
             unknown.chain(unstated::ideal(prepared)).collect()
@@ -366,9 +367,7 @@ fn judge_gates(
             facts.checked_pairs,
             facts.clearance.checks
         )),
-        left_out: holders
-            .chain(facts.between.left_out.get(&GateOf::Collision).into_iter().flatten().cloned())
-            .collect(),
+        left_out: holders.chain(facts.between.left_out.get(&Gate::Collision).into_iter().flatten().cloned()).collect(),
     };
     if !facts.excluded_bodies.is_empty() {
         let names = facts.excluded_bodies.join(", ");
@@ -411,19 +410,20 @@ fn judge_gates(
         kept += &format!("; as the machine file requires, {}", facts.told.own_near_miss.join(", "));
     }
     let mut near = Coverage { checked: Some(kept), left_out: collision.left_out.clone() };
-    near.left_out.extend(facts.between.left_out.get(&GateOf::NearMiss).into_iter().flatten().cloned());
+    near.left_out.extend(facts.between.left_out.get(&Gate::NearMiss).into_iter().flatten().cloned());
     let missing = missing_bodies(&prepared.machine, facts.checked_pairs);
     for coverage in [&mut collision, &mut near] {
         coverage.left_out.extend(missing.clone());
         coverage.left_out.extend(unstated::ideal(prepared));
         unstated::leave_out(prepared, facts, coverage);
     }
-    let shape = |word: &str, limit: f64| {
+    let shape = |gate: Gate, limit: f64| {
+        let (word, excess) = (gate.name(), gate == Gate::Excess);
         let mut left_out = Vec::new();
         let mut checked = Vec::new();
         match measured {
             Some(m) => {
-                let side = usize::from(word == "excess");
+                let side = usize::from(excess);
                 checked.push(format!(
                     "{} surface points, {}; {}",
                     m.deviation.samples.unwrap_or(0),
@@ -433,21 +433,21 @@ fn judge_gates(
                 checked.extend(m.between[side].checked.clone());
                 left_out.extend(m.between[side].left_out.clone());
                 left_out.extend(too_coarse(word, limit, &m.deviation));
-                if word == "excess" && !m.films.is_empty() {
+                if excess && !m.films.is_empty() {
                     checked.push(format!("not counted: {}", films_in_words(m)));
                 }
-                if word == "gouge" && !m.threads.is_empty() {
+                if !excess && !m.threads.is_empty() {
                     checked.push(format!("not counted: {}", threads_in_words(prepared, facts, m)));
                 }
                 left_out.extend(m.left_out.clone());
-                left_out.extend(m.unseen.clone().filter(|_| word == "gouge"));
+                left_out.extend(m.unseen.clone().filter(|_| !excess));
             }
             // Features of the inspection plan are judged without one.
             None if prepared.scene.file.design.is_some() => {}
             None => left_out.push("the scene has no design part".to_owned()),
         }
         left_out.extend(unstated::ideal(prepared));
-        if word == "excess" && !inspection.is_empty() {
+        if excess && !inspection.is_empty() {
             checked.push(format!("{} features of the inspection plan", inspection.len()));
         }
         Coverage { checked: (!checked.is_empty()).then(|| checked.join("; ")), left_out }
@@ -465,34 +465,30 @@ fn judge_gates(
             cut_off.into_iter().chain(assumed.into_iter().map(|what| format!("assumed: {what}"))).collect()
         },
     };
-    let mut coverage = [
-        program,
-        limits,
-        process,
-        collision,
-        near,
-        shape("gouge", tolerances.gouge_mm),
-        shape("excess", tolerances.excess_mm),
-        surface_coverage(prepared),
-    ];
+    let mut coverage = PerGate::<Coverage>::default();
+    coverage[Gate::Program] = program;
+    coverage[Gate::Limits] = limits;
+    coverage[Gate::Process] = process;
+    coverage[Gate::Collision] = collision;
+    coverage[Gate::NearMiss] = near;
+    coverage[Gate::Gouge] = shape(Gate::Gouge, tolerances.gouge_mm);
+    coverage[Gate::Excess] = shape(Gate::Excess, tolerances.excess_mm);
+    coverage[Gate::Surface] = surface_coverage(prepared);
     if facts.pieces == 0 {
-        for c in &mut coverage[1..5] {
-            *c = Coverage { checked: None, left_out: vec!["the program has no motion".into()] };
+        for gate in [Gate::Limits, Gate::Process, Gate::Collision, Gate::NearMiss] {
+            coverage[gate] = Coverage { checked: None, left_out: vec!["the program has no motion".into()] };
         }
     }
-    if let [program, run @ ..] = &mut coverage[..] {
-        text_not_run::leave_out(prepared, program, run);
-    }
+    text_not_run::leave_out(prepared, &mut coverage);
     partial_run::leave_out(partial, &mut coverage);
     debug_assert!(log.all().iter().all(|f| f.severity != Severity::Error || !f.message.is_empty()));
-    let gate = |(name, c): (&&str, &Coverage)| match *name {
-        "surface" if partial.is_some() => gates::judge(name, c, log),
-        "surface" => surface_gate::fold(name, of_surface, &c.left_out, surface),
-        _ => gates::judge(name, c, log),
+    let judged = |(gate, c): (Gate, &Coverage)| match gate {
+        Gate::Surface if partial.is_none() => surface_gate::fold(of_surface, &c.left_out, surface),
+        _ => gates::judge(gate, c, log),
     };
-    let asked = |gate: Gate| match prepared.scene.file.not_asked(&gate.name) {
-        Some(why) => gates::not_asked(gate, why, surface),
-        None => gate,
+    let asked = |judged: GateVerdict| match prepared.scene.file.not_asked(judged.gate) {
+        Some(why) => gates::not_asked(judged, why, surface),
+        None => judged,
     };
-    gates::GATES.iter().zip(&coverage).map(gate).map(asked).collect()
+    coverage.iter().map(judged).map(asked).collect()
 }

@@ -5,8 +5,9 @@
 //! none does not ask the gate. What was evaluated is reported in any case.
 
 use crate::verdict::{
+    gate::Gate,
     surface_words::evaluated,
-    verdict_file::{Gate, State, Surface},
+    verdict_file::{GateVerdict, State, Surface},
 };
 
 /// What one tolerance says of the surface.
@@ -21,8 +22,8 @@ pub(crate) struct Judgement {
 }
 
 /// The gate of all judgements; `left_out` is what none of them has seen (text that was not run).
-pub(crate) fn fold(name: &str, judgements: &[Judgement], left_out: &[String], surface: &Surface) -> Gate {
-    let gate = |state, reason| Gate { name: name.into(), state, reason };
+pub(crate) fn fold(judgements: &[Judgement], left_out: &[String], surface: &Surface) -> GateVerdict {
+    let gate = |state, reason| GateVerdict { gate: Gate::Surface, state, reason };
     let values = evaluated(surface);
     if judgements.is_empty() {
         let reason = match values {
@@ -63,7 +64,7 @@ mod tests {
         use State::{Fail, Pass, Unchecked};
         let states = |all: &[State], left_out: &[String]| {
             let judgements: Vec<Judgement> = all.iter().map(|s| judged("scallop_um", *s)).collect();
-            fold("surface", &judgements, left_out, &Surface::default()).state
+            fold(&judgements, left_out, &Surface::default()).state
         };
         let lost = ["lines 3 to 9 were not run".to_owned()];
         assert_eq!(states(&[], &[]), Unchecked);
@@ -77,12 +78,12 @@ mod tests {
     #[test]
     fn the_reason_begins_with_what_decides() {
         let all = [judged("ra_um", State::Pass), judged("rz_um", State::Unchecked), judged("scallop_um", State::Fail)];
-        let gate = fold("surface", &all, &[], &Surface::default());
+        let gate = fold(&all, &[], &Surface::default());
         assert_eq!(
             gate.reason,
             "scallop_um: scallop_um was looked at; not checked: rz_um: rz_um was looked at; within the tolerance: ra_um: ra_um was looked at"
         );
-        let one = |surface: &Surface| fold("surface", &all[..1], &[], surface).reason;
+        let one = |surface: &Surface| fold(&all[..1], &[], surface).reason;
         assert_eq!(one(&Surface::default()), "ra_um: ra_um was looked at");
     }
 
@@ -96,13 +97,13 @@ mod tests {
         let surface = Surface { textures: vec![place(0.2, [0.3, 0.4]), place(0.1, [0.35, 0.5])], ..Surface::default() };
         let values = "Sa 0.1000 to 0.2000 um, Ra 0.3000 to 0.5000 um at 2 places";
         assert_eq!(evaluated(&surface).as_deref(), Some(values));
-        let none = fold("surface", &[], &[], &surface);
+        let none = fold(&[], &[], &surface);
         assert_eq!(
             (none.state, none.reason),
             (State::Unchecked, format!("evaluated, not judged: no tolerance; {values}"))
         );
         for state in [State::Pass, State::Fail, State::Unchecked] {
-            let message = fold("surface", &[judged("ra_um", state)], &[], &surface).reason;
+            let message = fold(&[judged("ra_um", state)], &[], &surface).reason;
             assert!(message.ends_with(&format!("; evaluated: {values}")), "{message}");
         }
         assert_eq!(evaluated(&Surface::default()), None);

@@ -6,6 +6,7 @@ use crate::{
     prepare::prepared::Prepared,
     verdict::{
         finding::{self, Code},
+        gate::{Gate, PerGate},
         gates::Coverage,
         log::FindingLog,
     },
@@ -40,16 +41,16 @@ pub(crate) fn judge(prepared: &Prepared, log: &mut FindingLog) {
 }
 
 /// Gates that judge what was run: they have seen only a part of what the files may make the machine do.
-pub(crate) fn leave_out(prepared: &Prepared, program: &mut Coverage, others: &mut [Coverage]) {
+pub(crate) fn leave_out(prepared: &Prepared, gates: &mut PerGate<Coverage>) {
     let parts: Vec<&NotRun> = prepared.survey.not_run.iter().filter(|part| part.weight() > Weight::Harmless).collect();
     let Some(first) = parts.first() else { return };
     let more = if parts.len() > 1 { format!(" (and {} more such stretches)", parts.len() - 1) } else { String::new() };
     // What is lost is a finding that fails the gate.
     if let Some(part) = parts.iter().find(|part| part.weight() == Weight::Unproven) {
-        program.left_out.push(part.to_string());
+        gates[Gate::Program].left_out.push(part.to_string());
     }
     let [from, to] = first.lines;
-    for other in others {
+    for (_, other) in gates.iter_mut().filter(|(gate, _)| *gate != Gate::Program) {
         other
             .left_out
             .push(format!("lines {from} to {to} of {} were not run{more}, see the gate `program`", first.file));

@@ -41,6 +41,8 @@ pub struct StudyCurve {
     pub axes: [String; 2],
     /// Units of both.
     pub units: [String; 2],
+    /// A unit is as long across as up.
+    pub equal_scales: bool,
     /// Abscissa and ordinate.
     pub points: Vec<[f64; 2]>,
 }

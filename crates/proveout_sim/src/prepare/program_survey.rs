@@ -170,16 +170,7 @@ fn shown(name: &ToolName) -> String {
 }
 
 fn fault(at: &Location, code: &'static str, message: String, help: String) -> Diagnostic {
-    Diagnostic {
-        code,
-        message,
-        file: at.file.clone(),
-        line: at.line,
-        column: at.column,
-        length: at.length,
-        help: Some(help),
-        source_line: String::new(),
-    }
+    Diagnostic::at(at, code, message, help)
 }
 
 /// The fault of a work offset that the scene does not give: it would silently count as zero.

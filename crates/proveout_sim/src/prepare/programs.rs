@@ -193,7 +193,7 @@ impl Writer {
 
     pub(crate) fn head(&mut self, head: Head<'_>) {
         for note in head.notes {
-            self.push(Op::Note(note));
+            self.push(Op::Note(note.into()));
         }
         self.push(Op::Plane('Z'));
         self.push(Op::Tool(ToolAction::Select(ToolName::Name(head.tool.to_owned()))));

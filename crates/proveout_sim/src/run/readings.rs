@@ -11,8 +11,9 @@ use crate::{
     run::main_loop,
     verdict::{
         finding::Finding,
+        gate::Gate,
         gates,
-        verdict_file::{Gate, State, Verdict},
+        verdict_file::{GateVerdict, State, Verdict},
     },
 };
 
@@ -53,7 +54,7 @@ fn rank(state: State) -> u8 {
     }
 }
 
-fn worse(gate: &mut Gate, other: &Gate, words: &str) {
+fn worse(gate: &mut GateVerdict, other: &GateVerdict, words: &str) {
     if rank(other.state) > rank(gate.state) {
         let own =
             if gate.state == State::Pass { String::new() } else { format!("; the other reading: {}", gate.reason) };
@@ -73,7 +74,7 @@ pub(crate) fn fold(verdict: &mut Verdict, proved: usize, others: Vec<(String, Ve
     if proved == 0 {
         return;
     }
-    if let Some(program) = verdict.gates.iter_mut().find(|g| g.name == "program" && g.state == State::Pass) {
+    if let Some(program) = verdict.gates.iter_mut().find(|g| g.gate == Gate::Program && g.state == State::Pass) {
         program.reason +=
             &format!("; all {} readings of `/` blocks and M1 that the scene asks for were run", proved + 1);
     }
@@ -88,7 +89,7 @@ pub(crate) fn fold(verdict: &mut Verdict, proved: usize, others: Vec<(String, Ve
             other.findings.into_iter().filter(|f| !verdict.findings.iter().any(|own| same(own, f))).collect();
         verdict.findings.extend(new.into_iter().map(|f| Finding { message: format!("{words}: {}", f.message), ..f }));
     }
-    verdict.verdict = gates::overall(&verdict.gates);
+    verdict.verdict = gates::overall(verdict.gates.iter().map(|g| g.state));
 }
 
 #[cfg(test)]
@@ -98,7 +99,7 @@ mod tests {
     #[test]
     fn the_worse_judgement_of_a_gate_stands_with_its_reading() {
         use State::{Fail, NotAsked, Pass, Unchecked};
-        let gate = |state, reason: &str| Gate { name: "process".into(), state, reason: reason.into() };
+        let gate = |state, reason: &str| GateVerdict { gate: Gate::Process, state, reason: reason.into() };
         for (own, other, both) in [
             (Pass, Fail, Fail),
             (Fail, Pass, Fail),

@@ -10,7 +10,7 @@ use serde_spanned::Spanned;
 
 use crate::{
     scene::{SceneFile, tolerance::SurfaceKey},
-    verdict::gates::GATES,
+    verdict::gate::Gate,
 };
 
 /// There is none, and the scene says so.
@@ -34,17 +34,19 @@ pub struct GatesFile {
 
 impl SceneFile {
     /// Why a gate is not asked; none where it is.
-    pub(crate) fn not_asked(&self, gate: &str) -> Option<String> {
+    pub(crate) fn not_asked(&self, gate: Gate) -> Option<String> {
         let listed =
-            |name: &str| self.gates.not_asked.as_ref().is_none_or(|list| list.iter().any(|g| g.get_ref() == name));
+            || self.gates.not_asked.as_ref().is_none_or(|list| list.iter().any(|g| g.get_ref() == gate.name()));
         match gate {
-            "surface" if self.asks_surface() => None,
-            "surface" => listed("surface").then(|| {
+            Gate::Surface if self.asks_surface() => None,
+            Gate::Surface => listed().then(|| {
                 let keys = SurfaceKey::ALL.map(SurfaceKey::word).join(", ");
                 format!("the scene has no tolerance of the surface ({keys})")
             }),
-            "gouge" => self.design.map(|_| "the scene states design = \"none\"".to_owned()),
-            "excess" if self.inspect.is_empty() => self.design.map(|_| "the scene states design = \"none\"".to_owned()),
+            Gate::Gouge => self.design.map(|_| "the scene states design = \"none\"".to_owned()),
+            Gate::Excess if self.inspect.is_empty() => {
+                self.design.map(|_| "the scene states design = \"none\"".to_owned())
+            }
             _ => None,
         }
     }
@@ -113,33 +115,33 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
     }
     file.gates.not_asked.iter().flatten().find_map(|gate| {
         let (name, at) = (gate.get_ref().as_str(), gate.span().start);
-        let (message, help) = match name {
-            "surface" => {
+        let (message, help) = match Gate::named(name) {
+            Some(Gate::Surface) => {
                 let key = SurfaceKey::ALL.into_iter().find(|key| file.tolerances.asks(*key))?;
                 (
                     format!("the gate surface is asked: the scene has the tolerance {}", key.word()),
                     "remove the tolerance, or the gate from not_asked".to_owned(),
                 )
             }
-            "gouge" | "excess" if file.part.is_some() => (
+            Some(Gate::Gouge | Gate::Excess) if file.part.is_some() => (
                 format!("the gate {name} is asked: the scene has a design as [part]"),
                 "remove it from not_asked".to_owned(),
             ),
-            "gouge" | "excess" if file.design.is_none() => (
+            Some(Gate::Gouge | Gate::Excess) if file.design.is_none() => (
                 format!("the gate {name} needs a statement about the design"),
                 "write design = \"none\" at the head of the scene: gouge and excess are then not asked".to_owned(),
             ),
-            "excess" if !file.inspect.is_empty() => (
+            Some(Gate::Excess) if !file.inspect.is_empty() => (
                 "the gate excess is asked: the scene has features under [[inspect]]".to_owned(),
                 "remove it from not_asked".to_owned(),
             ),
-            "gouge" | "excess" => return None,
-            _ if GATES.contains(&name) => (
+            Some(Gate::Gouge | Gate::Excess) => return None,
+            Some(_) => (
                 format!("the gate {name} is asked in every scene"),
                 "only surface, gouge and excess are allowed in not_asked".to_owned(),
             ),
-            _ => {
-                let near = nearest(name, GATES).map_or_else(String::new, |n| format!("; did you mean {n}?"));
+            None => {
+                let near = nearest(name, Gate::NAMES).map_or_else(String::new, |n| format!("; did you mean {n}?"));
                 (format!("{name:?} is not a gate{near}"), "write surface, gouge or excess".to_owned())
             }
         };
@@ -149,7 +151,7 @@ pub(crate) fn fault(text: &str, file: &SceneFile) -> Option<(usize, String, Stri
 
 #[cfg(test)]
 mod tests {
-    use crate::scene::Scene;
+    use crate::{scene::Scene, verdict::gate::Gate};
 
     fn scene(head: &str, more: &str) -> Result<Scene, String> {
         let text = format!(
@@ -165,18 +167,18 @@ mod tests {
     #[test]
     fn statements_are_read_and_decide_which_gates_are_asked() {
         let plain = scene("", "").expect("reads").file;
-        assert!(plain.not_asked("surface").is_some() && plain.not_asked("gouge").is_none());
+        assert!(plain.not_asked(Gate::Surface).is_some() && plain.not_asked(Gate::Gouge).is_none());
         assert_eq!(plain.workholding_in_words(), None);
         let asked = scene("", "[gates]\nnot_asked = []\n").expect("reads").file;
-        assert!(asked.not_asked("surface").is_none());
+        assert!(asked.not_asked(Gate::Surface).is_none());
         let tolerance = scene("", "[tolerances]\nra_um = 1.6\n").expect("reads").file;
-        assert!(tolerance.not_asked("surface").is_none());
+        assert!(tolerance.not_asked(Gate::Surface).is_none());
         let none = scene(&format!("design = \"none\"\nworkholding = \"none\"\n{REASON}"), "").expect("reads").file;
-        assert!(["gouge", "excess", "surface"].iter().all(|gate| none.not_asked(gate).is_some()));
+        assert!([Gate::Gouge, Gate::Excess, Gate::Surface].into_iter().all(|gate| none.not_asked(gate).is_some()));
         assert_eq!(none.workholding_in_words().as_deref(), Some("none, as the scene states: glued"));
         let inspected = "[[inspect]]\nname = \"h\"\nnominal_mm = 1\ntolerance_mm = 0.1\nkind = \"plane\"\n";
         if let Ok(scene) = scene("design = \"none\"\n", inspected) {
-            assert!(scene.file.not_asked("excess").is_none() && scene.file.not_asked("gouge").is_some());
+            assert!(scene.file.not_asked(Gate::Excess).is_none() && scene.file.not_asked(Gate::Gouge).is_some());
         }
     }
 

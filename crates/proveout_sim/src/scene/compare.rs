@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     scene::{SceneFile, choice::ChoiceFile, place::offset_of},
-    verdict::gates::GATES,
+    verdict::gate::Gate,
 };
 
 /// Comparison of the programs of a scene.
@@ -387,8 +387,8 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
             let message = format!("criterion {:?} cannot be judged", e.name);
             return fault("name", message, "give a `quantity` with `at_least` or `at_most`, or a `gate`");
         }
-        if let Some(gate) = e.gate.as_deref().filter(|g| !GATES.contains(g)) {
-            return fault("gate", format!("there is no gate {gate:?}"), &format!("gates: {}", GATES.join(", ")));
+        if let Some(gate) = e.gate.as_deref().filter(|g| Gate::named(g).is_none()) {
+            return fault("gate", format!("there is no gate {gate:?}"), &format!("gates: {}", Gate::NAMES.join(", ")));
         }
     }
     for (i, p) in compare.published.iter().enumerate() {

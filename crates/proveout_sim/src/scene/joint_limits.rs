@@ -57,22 +57,22 @@ pub struct ChangedLimit {
 pub(crate) fn limit_joints(scene: &Scene, machine: &mut Machine) -> Result<Vec<ChangedLimit>, InputError> {
     let mut changed = Vec::new();
     for (name, limits) in &scene.file.control.joint_limits {
-        let fault = |message: String, help: String| {
+        let fault = |key: Option<&'static str>, message: String, help: String| {
             let path = [Key("control"), Key("joint_limits"), Key(name)];
-            // The message begins with its key where it is of one.
-            let key = message.split(' ').next().filter(|word| word.starts_with("max_")).map(str::to_owned);
-            let path: Vec<Step<'_>> = path.into_iter().chain(key.as_deref().map(Key)).collect();
+            let path: Vec<Step<'_>> = path.into_iter().chain(key.map(Key)).collect();
             scene.error_at(&path, format!("[control.joint_limits.{name}]: {message}"), help)
         };
         let Some(joint) = machine.joint(name) else {
             let names: Vec<&str> = machine.joints.iter().map(|j| j.name.as_str()).collect();
             return Err(fault(
+                None,
                 format!("{} has no joint {name:?}", machine.name),
                 format!("its joints are {}", names.join(", ")),
             ));
         };
         let before = machine.joints[joint].clone();
-        limit(&mut machine.joints[joint], limits).map_err(|(message, help)| fault(message, help))?;
+        let lowered = limit(&mut machine.joints[joint], limits);
+        lowered.map_err(|LimitFault { key, message, help }| fault(Some(key), message, help))?;
         changed.extend(changes(&before, &machine.joints[joint], limits, &machine.name));
     }
     Ok(changed)
@@ -109,7 +109,15 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.11e}").parse().unwrap_or(value)
 }
 
-fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), (String, String)> {
+/// What is wrong with a limit of the scene.
+#[derive(Debug)]
+struct LimitFault {
+    key: &'static str,
+    message: String,
+    help: String,
+}
+
+fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), LimitFault> {
     let degrees = std::f64::consts::PI / 180.0;
     let linear = [
         ("max_velocity_mm_min", limits.max_velocity_mm_min, 1.0 / 60.0),
@@ -125,20 +133,21 @@ fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), (String, Stri
     if let Some((key, ..)) = other.iter().find(|(_, value, _)| value.is_some()) {
         let kind = if joint.is_rotary() { "rotary" } else { "linear" };
         let keys: Vec<&str> = own.iter().map(|(key, ..)| *key).collect();
-        return Err((format!("{key} does not apply: the joint is {kind}"), format!("write {}", keys.join(", "))));
+        let message = format!("{key} does not apply: the joint is {kind}");
+        return Err(LimitFault { key: *key, message, help: format!("write {}", keys.join(", ")) });
     }
     let targets = [&mut joint.max_velocity, &mut joint.max_acceleration, &mut joint.max_jerk];
     for ((key, value, unit), target) in own.into_iter().zip(targets) {
         let Some(value) = value else { continue };
         let inside = value * unit;
         if !(value > 0.0 && value.is_finite()) {
-            return Err((format!("{key} = {value} is not a limit"), "write a number above 0".into()));
+            let message = format!("{key} = {value} is not a limit");
+            return Err(LimitFault { key, message, help: "write a number above 0".into() });
         }
         if let Some(most) = target.filter(|most| inside > *most * (1.0 + ROUNDING)) {
-            return Err((
-                format!("{key} = {value} is above the machine's limit of {}", most / unit),
-                "a scene can lower what a machine can do, not raise it; change machine.toml for another machine".into(),
-            ));
+            let message = format!("{key} = {value} is above the machine's limit of {}", most / unit);
+            let help = "a scene can lower what a machine can do, not raise it; change machine.toml for another machine";
+            return Err(LimitFault { key, message, help: help.into() });
         }
         *target = Some(inside);
     }
@@ -203,7 +212,7 @@ mod tests {
             ("max_acceleration_deg_s2 = nan", "not a limit"),
             ("max_velocity_deg_s = 1e5", "above the machine's limit of 360"),
         ] {
-            let (message, help) = limit(&mut a.clone(), &limits(text)).expect_err(text);
+            let LimitFault { message, help, .. } = limit(&mut a.clone(), &limits(text)).expect_err(text);
             assert!(message.contains(word) && !help.is_empty(), "{text}: {message}");
         }
     }

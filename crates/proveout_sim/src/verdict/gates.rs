@@ -1,39 +1,16 @@
 //! From findings and from what was left unchecked to the gates and the verdict.
 
 use crate::verdict::{
-    finding::{self, Code, Severity},
+    finding::{self, CODES, Code, Severity},
+    gate::Gate,
     log::FindingLog,
     surface_words,
-    verdict_file::{Gate, State, Surface},
+    verdict_file::{GateVerdict, State, Surface},
 };
 
-/// Names of the gates, in the order of the verdict.
-pub const GATES: [&str; 8] = ["program", "limits", "process", "collision", "near_miss", "gouge", "excess", "surface"];
-
 /// Codes that fail a gate.
-fn codes(gate: &str) -> &'static [Code] {
-    use finding::*;
-    match gate {
-        "program" => &[STOPPED, TEXT_LOST],
-        "limits" => &[OVERTRAVEL, UNREACHABLE, OFF_CIRCLE, SPINDLE_SPEED, DRIVE_SATURATED, PLANNED_MOTION],
-        "process" => &[
-            RAPID_IN_MATERIAL,
-            SPINDLE_OFF,
-            SPINDLE_WRONG_WAY,
-            PLUNGE,
-            TAP_PITCH,
-            NO_TOOL,
-            NECK_RUBS,
-            SHANK_RUBS,
-            LOOSE_PART_CUT,
-        ],
-        "collision" => &[HOLDER_IN_STOCK, STOCK_HIT, STOCK_AT_REST, COLLISION],
-        "near_miss" => &[NEAR_MISS],
-        "gouge" => &[GOUGE, OVERCUT],
-        "excess" => &[EXCESS, INSPECTION],
-        "surface" => &[SCALLOP, ROUGHNESS],
-        _ => &[],
-    }
+fn codes(gate: Gate) -> impl Iterator<Item = &'static Code> {
+    CODES.iter().filter(move |c| c.fails == Some(gate))
 }
 
 /// What a gate covers and what it leaves out, as the run reports it.
@@ -46,7 +23,7 @@ pub struct Coverage {
 }
 
 /// Judges one gate: fail beats unchecked, unchecked beats pass.
-pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
+pub fn judge(gate: Gate, coverage: &Coverage, log: &FindingLog) -> GateVerdict {
     let count = |c: &Code| {
         log.all()
             .iter()
@@ -54,15 +31,15 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
             .map(|f| f.areas.unwrap_or(1))
             .sum::<u64>()
     };
-    let hits: Vec<(&Code, u64)> = codes(name).iter().map(|c| (c, count(c))).filter(|(_, n)| *n > 0).collect();
+    let hits: Vec<(&Code, u64)> = codes(gate).map(|c| (c, count(c))).filter(|(_, n)| *n > 0).collect();
     let left_out = coverage.left_out.join("; ");
     let mut counts: Vec<String> = hits.iter().map(|(c, n)| format!("{n} x {}{}", c.code, worst(c, log))).collect();
-    if name == "near_miss" && log.near_misses_of_hits() > 0 {
+    if gate == Gate::NearMiss && log.near_misses_of_hits() > 0 {
         // What touches came too near before.
         counts.push(format!("{} x two bodies hit each other", log.near_misses_of_hits()));
     }
-    if name == "near_miss" && counts.is_empty() {
-        let hits: u64 = codes("collision").iter().map(count).sum();
+    if gate == Gate::NearMiss && counts.is_empty() {
+        let hits: u64 = codes(Gate::Collision).map(count).sum();
         if hits > 0 {
             counts.push(format!("{hits} x two bodies hit each other"));
         }
@@ -79,21 +56,21 @@ pub fn judge(name: &str, coverage: &Coverage, log: &FindingLog) -> Gate {
     } else {
         (State::Unchecked, "nothing was checked".into())
     };
-    Gate { name: name.into(), state, reason }
+    GateVerdict { gate, state, reason }
 }
 
 /// A gate that the scene does not ask; a finding that fails it stays one. `surface` says what was evaluated
 /// all the same.
-pub(crate) fn not_asked(gate: Gate, why: String, surface: &Surface) -> Gate {
-    if gate.state == State::Fail {
-        return gate;
+pub(crate) fn not_asked(verdict: GateVerdict, why: String, surface: &Surface) -> GateVerdict {
+    if verdict.state == State::Fail {
+        return verdict;
     }
-    let evaluated = surface_words::evaluated(surface).filter(|_| gate.name == "surface");
+    let evaluated = surface_words::evaluated(surface).filter(|_| verdict.gate == Gate::Surface);
     let reason = match evaluated {
         Some(values) => format!("evaluated, not judged: no tolerance; {values}"),
         None => why,
     };
-    Gate { state: State::NotAsked, reason, ..gate }
+    GateVerdict { state: State::NotAsked, reason, ..verdict }
 }
 
 /// The deepest gouge or the highest excess, and the line that made it; of other faults the values are of several kinds.
@@ -109,9 +86,10 @@ fn worst(code: &Code, log: &FindingLog) -> String {
     }
 }
 
-/// The verdict of a list of gates; those that are not asked have no part in it, and nothing asked is no pass.
-pub fn overall(gates: &[Gate]) -> State {
-    let any = |state| gates.iter().any(|g| g.state == state);
+/// The verdict of the states of some gates; those that are not asked have no part in it, and nothing asked is no pass.
+pub fn overall(gates: impl IntoIterator<Item = State>) -> State {
+    let states: Vec<State> = gates.into_iter().collect();
+    let any = |state| states.contains(&state);
     if any(State::Fail) {
         State::Fail
     } else if any(State::Unchecked) || !any(State::Pass) {
@@ -132,27 +110,25 @@ mod tests {
     #[test]
     fn nothing_checked_is_never_a_pass() {
         let log = FindingLog::default();
-        assert_eq!(judge("gouge", &Coverage::default(), &log).state, State::Unchecked);
-        assert_eq!(judge("gouge", &covered(), &log).state, State::Pass);
+        assert_eq!(judge(Gate::Gouge, &Coverage::default(), &log).state, State::Unchecked);
+        assert_eq!(judge(Gate::Gouge, &covered(), &log).state, State::Pass);
         let partly = Coverage { left_out: vec!["tool 3 has no holder".into()], ..covered() };
-        assert_eq!(judge("collision", &partly, &log).state, State::Unchecked);
-        assert_eq!(overall(&[]), State::Unchecked);
+        assert_eq!(judge(Gate::Collision, &partly, &log).state, State::Unchecked);
+        assert_eq!(overall([]), State::Unchecked);
     }
 
     #[test]
     fn each_error_code_fails_its_gate_and_a_hit_fails_near_miss_as_well() {
-        for code in finding::CODES {
+        for code in CODES {
             let mut log = FindingLog::default();
             log.push(FindingLog::of(code, String::new()));
-            let failed: Vec<&str> =
-                GATES.into_iter().filter(|g| judge(g, &covered(), &log).state == State::Fail).collect();
-            let own = GATES.into_iter().filter(|g| codes(g).iter().any(|c| c.code == code.code));
-            let expected: Vec<&str> = match code.severity {
-                Severity::Error => {
-                    own.flat_map(|g| if g == "collision" { vec![g, "near_miss"] } else { vec![g] }).collect()
-                }
-                _ => vec![],
+            let failed: Vec<Gate> =
+                Gate::ALL.into_iter().filter(|g| judge(*g, &covered(), &log).state == State::Fail).collect();
+            let expected = match code.fails {
+                Some(Gate::Collision) => vec![Gate::Collision, Gate::NearMiss],
+                own => Vec::from_iter(own),
             };
+            assert_eq!(log.all()[0].fails(), code.fails);
             assert_eq!(failed, expected, "{}", code.code);
             assert_eq!(failed.is_empty(), code.severity != Severity::Error, "{} fails no gate", code.code);
         }
@@ -167,17 +143,16 @@ mod tests {
             f.point_mm = Some([depth, 0.0, 0.0]);
             log.push(f);
         }
-        assert_eq!(judge("gouge", &covered(), &log).reason, "6 x geometry-gouge, up to 1.2000 mm in line 14");
+        assert_eq!(judge(Gate::Gouge, &covered(), &log).reason, "6 x geometry-gouge, up to 1.2000 mm in line 14");
     }
 
     #[test]
     fn fail_beats_unchecked_beats_pass() {
-        let gate = |state| Gate { name: String::new(), state, reason: String::new() };
-        assert_eq!(overall(&[gate(State::Pass), gate(State::Unchecked), gate(State::Fail)]), State::Fail);
-        assert_eq!(overall(&[gate(State::Pass), gate(State::Unchecked)]), State::Unchecked);
-        assert_eq!(overall(&[gate(State::Pass), gate(State::Pass)]), State::Pass);
-        assert_eq!(overall(&[gate(State::Pass), gate(State::NotAsked)]), State::Pass);
-        assert_eq!(overall(&[gate(State::Unchecked), gate(State::NotAsked)]), State::Unchecked);
-        assert_eq!(overall(&[gate(State::NotAsked)]), State::Unchecked, "nothing was asked, so that nothing passes");
+        assert_eq!(overall([State::Pass, State::Unchecked, State::Fail]), State::Fail);
+        assert_eq!(overall([State::Pass, State::Unchecked]), State::Unchecked);
+        assert_eq!(overall([State::Pass, State::Pass]), State::Pass);
+        assert_eq!(overall([State::Pass, State::NotAsked]), State::Pass);
+        assert_eq!(overall([State::Unchecked, State::NotAsked]), State::Unchecked);
+        assert_eq!(overall([State::NotAsked]), State::Unchecked, "nothing was asked, so that nothing passes");
     }
 }

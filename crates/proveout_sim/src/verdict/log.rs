@@ -21,7 +21,7 @@ pub struct FindingLog {
 }
 
 impl FindingLog {
-    /// A finding of a code without any detail, to be filled in.
+    /// A finding of a code, with the limit's source where the code knows it and no other detail, to be filled in.
     pub fn of(code: &Code, message: String) -> Finding {
         Finding {
             code: code.code.into(),
@@ -44,6 +44,8 @@ impl FindingLog {
             areas: None,
             repeats: 0,
             message,
+            tool: None,
+            limit_source: code.limit_source,
         }
     }
 

@@ -6,7 +6,10 @@ use proveout_input::read_regular_text;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::verdict::gates::Coverage;
+use crate::verdict::{
+    gate::{Gate, PerGate},
+    gates::Coverage,
+};
 
 /// In what a run is less than the whole check; no key of it is set in one that is whole.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -81,8 +84,8 @@ pub(crate) fn refused_as_stock(folder: &Path) -> Option<String> {
     })
 }
 
-/// Takes from the gates what a run that is not whole has not judged; in the order of the gates.
-pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
+/// Takes from the gates what a run that is not whole has not judged.
+pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut PerGate<Coverage>) {
     let Some(partial) = partial else { return };
     if let Some(p) = &partial.preview {
         let longest = |cells: &[f64; 3]| cells.iter().copied().fold(0.0, f64::max);
@@ -91,23 +94,23 @@ pub(crate) fn leave_out(partial: Option<&Partial>, gates: &mut [Coverage; 8]) {
             longest(&p.cells_mm),
             longest(&p.scene_cells_mm)
         );
-        for gate in &mut gates[2..7] {
-            gate.left_out.push(what.clone());
+        for gate in [Gate::Process, Gate::Collision, Gate::NearMiss, Gate::Gouge, Gate::Excess] {
+            gates[gate].left_out.push(what.clone());
         }
-        gates[7].left_out.push(format!("preview: not evaluated: {}", p.left_out.join(", ")));
+        gates[Gate::Surface].left_out.push(format!("preview: not evaluated: {}", p.left_out.join(", ")));
     }
     if let Some(s) = &partial.stopped {
         let line = s.line.map_or_else(String::new, |l| format!(" (line {l})"));
         let what = format!("stopped at {:.3} s{line}: the motion after that", s.time_s);
-        for gate in &mut gates[1..6] {
-            gate.left_out.push(what.clone());
+        for gate in [Gate::Limits, Gate::Process, Gate::Collision, Gate::NearMiss, Gate::Gouge] {
+            gates[gate].left_out.push(what.clone());
         }
-        gates[0] = Coverage {
-            checked: gates[0].checked.as_ref().map(|_| "executed so far".to_owned()),
+        gates[Gate::Program] = Coverage {
+            checked: gates[Gate::Program].checked.as_ref().map(|_| "executed so far".to_owned()),
             left_out: vec![format!("stopped at {:.3} s{line}, since {}", s.time_s, s.why)],
         };
-        for gate in &mut gates[6..8] {
-            *gate = Coverage {
+        for gate in [Gate::Excess, Gate::Surface] {
+            gates[gate] = Coverage {
                 checked: None,
                 left_out: vec![format!("stopped at {:.3} s{line}: the part is not finished", s.time_s)],
             };
@@ -121,15 +124,18 @@ mod tests {
 
     #[test]
     fn no_gate_of_a_run_that_is_not_whole_passes_unseen() {
-        let all = || std::array::from_fn(|_| Coverage { checked: Some("all".into()), left_out: vec![] });
-        let mut gates: [Coverage; 8] = all();
+        let all = || PerGate::from_fn(|_| Coverage { checked: Some("all".into()), left_out: vec![] });
+        let mut gates = all();
         let stopped = Stopped { time_s: 3.0, line: Some(7), why: "line 7 was run".into(), ..Stopped::default() };
         leave_out(Some(&Partial { preview: None, stopped: Some(stopped) }), &mut gates);
-        assert!(gates.iter().all(|g| g.left_out.iter().any(|w| w.contains("stopped at 3.000 s (line 7)"))));
+        assert!(gates.iter().all(|(_, g)| g.left_out.iter().any(|w| w.contains("stopped at 3.000 s (line 7)"))));
         let mut gates = all();
         let preview = PreviewUsed { cells_mm: [0.8; 3], scene_cells_mm: [0.2; 3], left_out: vec!["ridges".into()] };
         leave_out(Some(&Partial { preview: Some(preview), stopped: None }), &mut gates);
-        assert!(gates[..2].iter().all(|g| g.left_out.is_empty()), "program and limits ask no stock");
-        assert!(gates[2..].iter().all(|g| g.left_out.iter().any(|w| w.starts_with("preview"))));
+        for (gate, coverage) in gates.iter() {
+            let previewed = coverage.left_out.iter().any(|w| w.starts_with("preview"));
+            assert_eq!(previewed, !matches!(gate, Gate::Program | Gate::Limits), "{gate}: these two ask no stock");
+            assert_eq!(previewed, !coverage.left_out.is_empty(), "{gate}");
+        }
     }
 }

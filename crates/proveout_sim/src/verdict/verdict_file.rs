@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use proveout_collision::Unchecked;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::verdict::finding::Finding;
 pub use crate::verdict::partial_run::{Partial, PreviewUsed, Stopped};
 pub use crate::verdict::scallop_figures::{
     Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch, ScallopRegion,
 };
+use crate::verdict::{finding::Finding, gate::Gate};
 
 /// Version of the layout of [`Verdict`]; raised when a key changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -51,9 +52,12 @@ impl State {
 
 /// One question that a program must pass before it goes to the machine.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-pub struct Gate {
+#[schemars(rename = "Gate")]
+pub struct GateVerdict {
     /// `program`, `limits`, `process`, `collision`, `near_miss`, `gouge`, `excess` or `surface`.
-    pub name: String,
+    #[serde(rename = "name")]
+    #[schemars(with = "String")]
+    pub gate: Gate,
     /// Judgement.
     pub state: State,
     /// Why, in words.
@@ -84,7 +88,7 @@ pub struct Verdict {
     /// not asked have no part in it.
     pub verdict: State,
     /// The gates, in fixed order.
-    pub gates: Vec<Gate>,
+    pub gates: Vec<GateVerdict>,
     /// In what the run is less than the whole check (`run --preview`, `run --stop-at`); null where it is whole.
     #[serde(default)]
     pub partial: Option<Partial>,
@@ -122,7 +126,7 @@ pub struct MachineUsed {
 impl Verdict {
     /// Names of the gates that the scene does not ask.
     pub fn not_asked(&self) -> Vec<&str> {
-        self.gates.iter().filter(|g| g.state == State::NotAsked).map(|g| g.name.as_str()).collect()
+        self.gates.iter().filter(|g| g.state == State::NotAsked).map(|g| g.gate.name()).collect()
     }
 }
 
@@ -566,6 +570,9 @@ pub struct UncheckedPair {
     pub bodies: [String; 2],
     /// Why.
     pub reason: String,
+    /// Why, as the check of the bodies has it. Known while the run lasts, not written to files.
+    #[serde(skip)]
+    pub cause: Option<Unchecked>,
 }
 
 /// Use of one tool.

@@ -134,7 +134,7 @@ pub fn result_of(job: &Planned, outcome: Result<(&Verdict, &[u8]), String>) -> J
                 State::Unchecked | State::NotAsked => JobState::Unchecked,
             };
             let open = verdict.gates.iter().filter(|g| g.state != State::Pass);
-            result.gates = open.map(|g| (g.name.clone(), g.state)).collect();
+            result.gates = open.map(|g| (g.gate.name().to_owned(), g.state)).collect();
             result.figures = figures(verdict);
             result.verdict_sha256 = digest::of_bytes(bytes);
         }

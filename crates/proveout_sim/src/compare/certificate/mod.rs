@@ -487,6 +487,7 @@ pub(crate) fn gain_curves(joint: &JointCertificate) -> Vec<StudyCurve> {
         role,
         axes: axes.clone(),
         units: ["deg/s".to_owned(), "%".to_owned()],
+        equal_scales: false,
         points,
     };
     let rising: Vec<&VelocityRow> = joint.over_velocity.iter().rev().collect();

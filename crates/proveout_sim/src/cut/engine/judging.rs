@@ -78,8 +78,8 @@ impl Engine<'_> {
                     finding.message += wording::BETWEEN;
                 }
                 if let Some(index) = state.tool {
-                    let part = spindle_and_holder::part_of_tool(part.what);
-                    finding.message += &wording::chosen_of_tool(&self.prepared.tools, index, part);
+                    let role = spindle_and_holder::role_of(part.what);
+                    finding.message += &wording::chosen_of_tool(&self.prepared.tools, index, role);
                 }
                 let finding = self.at_piece(finding, piece, piece.time[0]);
                 self.log.push(finding);
@@ -132,7 +132,7 @@ impl Engine<'_> {
     pub(super) fn judge_hit(&mut self, piece: &Piece, hit: &Hit) {
         let mut told = wording::hit(hit);
         let point = self.work_from_table.point(&hit.point_in_table);
-        if self.is_of_program(&hit.bodies) {
+        if self.is_of_program(hit) {
             told.message += &wording::place_of_hit(&point, self.prepared.stock.bounds().min.z);
         }
         told.message += &self.chosen_of_hit(hit);
@@ -144,13 +144,10 @@ impl Engine<'_> {
 
     /// Which assumed numbers a hit depends on, in words.
     fn chosen_of_hit(&self, hit: &Hit) -> String {
-        let of_tool = hit.bodies.iter().filter_map(|body| {
-            let (part, name) = body.split_once(" of ")?;
-            let index = self.prepared.tools.tools.iter().position(|t| t.name == name)?;
-            Some(wording::chosen_of_tool(&self.prepared.tools, index, part))
-        });
+        let of_tool =
+            hit.roles.iter().filter_map(|role| Some(wording::chosen_of_tool(&self.prepared.tools, hit.tool?, *role)));
         let mut all: String = of_tool.collect();
-        if self.prepared.mount_chosen && !self.is_of_program(&hit.bodies) {
+        if self.prepared.mount_chosen && !self.is_of_program(hit) {
             all += wording::CHOSEN_MOUNT;
         }
         all
@@ -164,16 +161,14 @@ impl Engine<'_> {
 
     /// Whether two bodies meet by the program alone: one of them is fixed to the workpiece, the other goes
     /// with the tool. No mounting changes that.
-    fn is_of_program(&self, bodies: &[String; 2]) -> bool {
+    fn is_of_program(&self, hit: &Hit) -> bool {
         let machine = &self.prepared.machine;
-        let with_tool = |body: &str| {
-            let part =
-                body.split_once(" of ").is_some_and(|(_, t)| self.prepared.tools.tools.iter().any(|own| own.name == t));
-            let spindle = |b: &MachineBody| b.name == body && b.attached_to == machine.spindle.attached_to;
-            part || machine.bodies.iter().any(spindle)
+        let with_tool = |k: usize| {
+            let spindle = |b: &MachineBody| b.name == hit.bodies[k] && b.attached_to == machine.spindle.attached_to;
+            hit.roles[k].is_some() || machine.bodies.iter().any(spindle)
         };
-        let [a, b] = bodies;
-        self.is_fixed_to_work(a) && with_tool(b) || self.is_fixed_to_work(b) && with_tool(a)
+        let [a, b] = &hit.bodies;
+        self.is_fixed_to_work(a) && with_tool(1) || self.is_fixed_to_work(b) && with_tool(0)
     }
 
     /// A body that came too near to the stock.

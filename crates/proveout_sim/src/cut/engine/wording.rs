@@ -6,7 +6,7 @@ use proveout_collision::{Severity, StockBreach};
 use proveout_controller::{Event, LimitKind, servo::leg_names};
 use proveout_geom::Point;
 use proveout_machine::{Joint, JointKind, Machine};
-use proveout_nc::{ASSUMED, Location, Overcut, OvercutWeight, SpindleDirection};
+use proveout_nc::{Location, Overcut, OvercutWeight, SpindleDirection};
 use proveout_stock::SweepReport;
 use proveout_tool::{Role, Tool, ToolLibrary};
 
@@ -19,7 +19,7 @@ use crate::{
     },
     units::N_M_PER_N_MM,
     verdict::{
-        finding::{self, Code, Finding},
+        finding::{self, Code, Finding, LimitSource, ToolPart},
         log::FindingLog,
     },
 };
@@ -68,6 +68,8 @@ pub(super) fn material(
     };
     let mut f = FindingLog::of(code, message);
     f.bodies = vec![format!("{}/{part}", tool.name), "stock".into()];
+    let role = spindle_and_holder::role_of(what);
+    f.tool = state.tool.map(|tool| ToolPart { tool, role, body: 0, swept: true });
     if near {
         (f.limit, f.unit) = (Some(wanted), Some("mm".into()));
     } else {
@@ -82,12 +84,14 @@ const LEAST_VOLUME_MM3: f64 = 0.0005;
 
 /// Assumed dimensions on which a finding about a part of the tool depends, in words; empty where
 /// all are given.
-pub(super) fn chosen_of_tool(tools: &ToolLibrary, index: usize, part: &str) -> String {
+pub(super) fn chosen_of_tool(tools: &ToolLibrary, index: usize, part: Option<Role>) -> String {
     let (Some(tool), Some(notes)) = (tools.tools.get(index), tools.notes.get(index)) else { return String::new() };
     let keys: &[&str] = match part {
-        "holder" => &["gauge_length_mm", "holder"],
-        "neck" | "shank" => &["flute_length_mm", "neck_length_mm", "neck_diameter_mm", "shank_diameter_mm"],
-        _ => return String::new(),
+        Some(Role::Holder) => &["gauge_length_mm", "holder"],
+        Some(Role::Neck | Role::Shank) => {
+            &["flute_length_mm", "neck_length_mm", "neck_diameter_mm", "shank_diameter_mm"]
+        }
+        Some(Role::Cutting) | None => return String::new(),
     };
     let chosen: Vec<&str> =
         keys.iter().copied().filter(|key| notes.chosen.iter().any(|(own, _)| own.iter().any(|k| k == key))).collect();
@@ -130,6 +134,7 @@ pub(super) fn hit(hit: &Hit) -> Finding {
     let mut f = FindingLog::of(code, message);
     f.bodies = hit.bodies.to_vec();
     f.penetration_mm = hit.penetration;
+    f.tool = hit.tool_part();
     if let HitKind::NearMiss(left) = hit.kind {
         (f.clearance_mm, f.limit, f.unit) = (Some(left), Some(near), Some("mm".into()));
     }
@@ -203,9 +208,10 @@ pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
             if let (LimitKind::DriveForce, Some(legs)) = (kind, joint.and_then(|j| leg_names(machine, j))) {
                 return Some(past_leg_force(&legs, [*value, *limit]));
             }
-            let joint = joint.and_then(|j| machine.joints.get(j));
-            let mut f = past_limit(joint, [*value, *limit], *kind)?;
-            if let (LimitKind::Travel, Some(joint)) = (kind, joint) {
+            let known = joint.and_then(|j| Some((j, machine.joints.get(j)?)));
+            let mut f = past_limit(known.map(|(_, joint)| joint), [*value, *limit], *kind)?;
+            if let (LimitKind::Travel, Some((index, joint))) = (kind, known) {
+                f = f.limited_by(LimitSource::Travel(index));
                 f.message.push_str(machine.doubt_of_travel(joint));
             }
             f
@@ -232,9 +238,9 @@ pub(super) fn event(event: &Event, machine: &Machine) -> Option<Finding> {
             &finding::PROBED,
             "the probing motion is run to its end: the probe result is not known".into(),
         ),
-        Event::Note { text, .. } => match text.strip_prefix(ASSUMED) {
+        Event::Note { text, .. } => match text.assumption() {
             Some(assumed) => FindingLog::of(&finding::ASSUMED, assumed.to_owned()),
-            None => FindingLog::of(&finding::NOTE, text.clone()),
+            None => FindingLog::of(&finding::NOTE, text.as_str().to_owned()),
         },
         _ => return None,
     })

@@ -120,11 +120,13 @@ pub struct Proposal {
     output: PathBuf,
 }
 
-/// A value with the reason for it; given by the text where `chosen` is false.
+/// A value with the reason for it.
 #[derive(Clone, Debug)]
 pub(crate) struct Reasoned<T> {
     pub(crate) value: T,
     pub(crate) reason: String,
+    /// Nothing that was given says it: the reason begins with the word `chosen`.
+    pub(crate) chosen: bool,
 }
 
 /// Stock of the scene.
@@ -401,7 +403,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
 
     let mount = match stated_mount {
         // Without a word for a length the tip hangs below where the program puts its zero.
-        Some(Reasoned { value, reason }) if sets_zero => Reasoned { value: value - Vector::z() * touch_off, reason },
+        Some(mount) if sets_zero => Reasoned { value: mount.value - Vector::z() * touch_off, ..mount },
         Some(mount) => mount,
         None => {
             let reaches: Vec<Reach> = uses
@@ -414,13 +416,13 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
                 })
                 .collect();
             let (value, reason) = place::propose_mount(&machine, &stock.value.aabb(), &reaches);
-            let lifted = over_table::cleared(&machine, Reasoned { value, reason }, &readings, tools.widest_holder());
-            let Reasoned { value, reason } = lifted;
+            let proposed = Reasoned { value, reason, chosen: true };
+            let mount = over_table::cleared(&machine, proposed, &readings, tools.widest_holder());
             let mount = if readings.iter().any(|r| r.tcp) {
                 let range = |mount: &Vector| place::range_of_z(&machine, &follow(mount));
-                place::lifted(&machine, value, reason, &range)
+                place::lifted(&machine, mount, &range)
             } else {
-                Reasoned { value, reason }
+                mount
             };
             // With a length that is never active Z is no place of the tip.
             let axes = if touch_off == 0.0 { "XYZ" } else { "XY" };

@@ -108,5 +108,5 @@ pub(super) fn cleared(
         "{}; {lift:.0} mm higher, on a riser, so that spindle and holder clear the table where it is tilted under them",
         mount.reason
     );
-    Reasoned { value: mount.value + Vector::new(0.0, 0.0, lift), reason }
+    Reasoned { value: mount.value + Vector::new(0.0, 0.0, lift), reason, ..mount }
 }

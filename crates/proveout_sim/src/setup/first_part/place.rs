@@ -322,7 +322,7 @@ pub(crate) fn in_travel(
         mount.reason,
         moved.join(", ")
     );
-    Reasoned { value, reason }
+    Reasoned { value, reason, ..mount }
 }
 
 /// Lowest and highest position of Z in motion of programs; none where no axis of this letter moves.
@@ -344,32 +344,34 @@ const MOST_SHIFTS: usize = 4;
 /// it. `range` gives the range of Z at a mount.
 pub(crate) fn lifted(
     machine: &Machine,
-    mount: Vector,
-    reason: String,
+    mount: Reasoned<Vector>,
     range: &dyn Fn(&Vector) -> Option<[f64; 2]>,
 ) -> Reasoned<Vector> {
     let travel = machine.joint_for_letter('Z').and_then(|z| machine.joints[z].travel);
-    let Some([least, most]) = travel else { return Reasoned { value: mount, reason } };
-    let mut shifted = mount;
+    let Some([least, most]) = travel else { return mount };
+    let mut shifted = mount.value;
     for _ in 0..MOST_SHIFTS {
         let Some([low, high]) = range(&shifted) else { break };
         // Positions of the machine, as a retract to its upper end, stay where they are.
-        if shifted != mount && high > most {
+        if shifted != mount.value && high > most {
             break;
         }
         // The ends of motions are followed here, and not what lies between.
         let up = least + BETWEEN_MM - low;
         if up <= 0.0 {
-            if shifted == mount {
+            if shifted == mount.value {
                 break;
             }
-            let reason =
-                format!("{reason}; {:.0} mm higher, so that Z reaches every place of the program", shifted.z - mount.z);
-            return Reasoned { value: shifted, reason };
+            let reason = format!(
+                "{}; {:.0} mm higher, so that Z reaches every place of the program",
+                mount.reason,
+                shifted.z - mount.value.z
+            );
+            return Reasoned { value: shifted, reason, ..mount };
         }
         shifted.z = (shifted.z + up + ROOM_MM).ceil();
     }
-    Reasoned { value: mount, reason }
+    mount
 }
 
 /// How a design lies to what it is to be cut from.

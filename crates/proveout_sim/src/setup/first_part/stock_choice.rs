@@ -181,7 +181,11 @@ pub(super) fn stock(
     let key = "stock";
     let of_text = all_facts.iter().find_map(|f| f.stock.clone());
     if let (Some((stock, line, word)), None) = (&of_text, interview.given(key)) {
-        return Ok(Some(Reasoned { value: form_of(stock), reason: format!("{word} in line {line} of the program") }));
+        return Ok(Some(Reasoned {
+            value: form_of(stock),
+            reason: format!("{word} in line {line} of the program"),
+            chosen: false,
+        }));
     }
     let swept: Vec<Swept<'_>> = uses
         .iter()
@@ -229,7 +233,7 @@ pub(super) fn stock(
         let Some((stock, how)) = proposed else {
             return Err(refused("there is no stock to propose", "write its corners: X0,Y0,Z0,X1,Y1,Z1"));
         };
-        return Ok(Some(Reasoned { value: StockForm::Box(stock), reason: format!("chosen: {how}") }));
+        return Ok(Some(Reasoned { value: StockForm::Box(stock), reason: format!("chosen: {how}"), chosen: true }));
     }
     let reason = "as the answer `stock` says".to_owned();
     if let Some([x0, y0, z0, x1, y1, z1]) = interview::numbers::<6>(&answer) {
@@ -238,7 +242,7 @@ pub(super) fn stock(
             max: Point::new(x0.max(x1), y0.max(y1), z0.max(z1)),
         };
         if (0..3).all(|i| b.min[i] < b.max[i]) {
-            return Ok(Some(Reasoned { value: StockForm::Box(b), reason }));
+            return Ok(Some(Reasoned { value: StockForm::Box(b), reason, chosen: false }));
         }
         return Err(refused(format!("`{key}` = {answer:?} is an empty box"), "write two opposite corners"));
     }
@@ -248,12 +252,12 @@ pub(super) fn stock(
         && height > 0.0
     {
         let value = StockForm::Cylinder { base: [x, y, z], radius: 0.5 * diameter, height, along };
-        return Ok(Some(Reasoned { value, reason }));
+        return Ok(Some(Reasoned { value, reason, chosen: false }));
     }
     let path = PathBuf::from(&answer);
     if path.is_file() {
         let mesh = solid(&path)?;
-        return Ok(Some(Reasoned { value: StockForm::Mesh(path, mesh.aabb()), reason }));
+        return Ok(Some(Reasoned { value: StockForm::Mesh(path, mesh.aabb()), reason, chosen: false }));
     }
     Err(refused(
         format!("`{key}` = {answer:?} is neither a stock nor a mesh file"),
@@ -272,5 +276,5 @@ pub(super) fn resolution(stock: &Aabb, uses: &[&ToolUse], tools: &Tools) -> Reas
     let digits = 10_f64.powf(2.0 - cell.log10().floor() - 1.0);
     let value = (cell * digits).round() / digits;
     let reason = "chosen: a fraction of the stock and of the smallest tool; smaller is finer and takes longer".into();
-    Reasoned { value, reason }
+    Reasoned { value, reason, chosen: true }
 }

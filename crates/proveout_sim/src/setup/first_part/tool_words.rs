@@ -19,7 +19,7 @@
 //! comment of a tool. TAPER of Fusion is the half angle of a chamfer mill and the full angle of a
 //! drill. A length counts in the unit written after it, else in that of the program.
 
-use proveout_tool::{ToolDraft, tool_center_cutting_of_words, tool_kind_of_words, tool_teeth_of_words};
+use proveout_tool::{SubstituteBody, ToolDraft, tool_center_cutting_of_words, tool_kind_of_words, tool_teeth_of_words};
 
 use super::tool_sizes::{Named, drill_by_name, thread_by_number, with_points};
 use crate::prepare::program_trace::SAME_MM;
@@ -166,8 +166,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
             .or_else(|| behind_letter(upper, 'D'))
             .and_then(|rest| length_at(rest, unit))
     });
-    let threads =
-        kind.and_then(|(_, why)| why).is_some_and(|why| why.contains("a tap") || why.contains("a thread mill"));
+    let threads = kind.and_then(|(_, substitute)| substitute).is_some_and(SubstituteBody::cuts_threads);
     let diameter = told.or_else(|| kind.and_then(|(kind, _)| size_in_words(upper, unit, kind, threads)));
     let diameter = diameter.filter(|d| *d > 0.0)?;
     let mut draft = ToolDraft::new(0, source);
@@ -244,11 +243,11 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
                 );
             }
         }
-        Some(("tap", why)) => draft.become_tap(text, None, why.unwrap_or_default()),
+        Some(("tap", why)) => draft.become_tap(text, None, why.map_or("", SubstituteBody::reason)),
         Some((kind @ ("ball" | "flat"), why)) => {
             draft.kind = Some(kind);
             if let Some(why) = why {
-                draft.choose(&["kind"], why);
+                draft.choose(&["kind"], why.reason());
             }
         }
         // A shape that the words do not describe: a taper ball without its angle, a lollipop without its neck.

@@ -34,8 +34,16 @@ pub(crate) enum Workholding {
     Unknown,
     /// There is none, for this reason.
     None(String),
-    /// Tables `[[fixture]]`, and in words.
-    Fixtures(Vec<String>, String),
+    /// Fixtures, and in words.
+    Fixtures(Vec<FixtureText>, String),
+}
+
+/// A table `[[fixture]]` of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FixtureText {
+    pub(crate) text: String,
+    /// How far it reaches below the stock, mm.
+    below: f64,
 }
 
 impl Workholding {
@@ -54,7 +62,7 @@ impl Workholding {
     pub(crate) fn on_table(self, stock: &Aabb, gap: f64) -> (Self, Option<String>) {
         let Self::Fixtures(_, answer) = &self else { return (self, None) };
         let Ok(Self::Fixtures(texts, words)) = read(answer, stock, Some(gap)) else { return (self, None) };
-        let lowest = texts.iter().filter_map(|t| below(t)).fold(0.0, f64::max);
+        let lowest = texts.iter().map(|t| t.below).fold(0.0, f64::max);
         let note = (lowest > gap + SAME_MM).then(|| {
             format!(
                 "{words} reaches {} mm below the part, which is mounted {} mm above the table: state the place of the part (`mount`, or \
@@ -65,11 +73,6 @@ impl Workholding {
         });
         (Self::Fixtures(texts, words), note)
     }
-}
-
-/// How far a fixture of the texts above reaches below the stock: the marker that they carry.
-fn below(text: &str) -> Option<f64> {
-    text.lines().find_map(|l| l.strip_prefix(BELOW)?.split(' ').next()?.parse().ok())
 }
 
 /// Asks for it; an open answer is no fault.
@@ -123,7 +126,8 @@ fn read(answer: &str, stock: &Aabb, gap: Option<f64>) -> Result<Workholding, Str
             text += &format!("{key} = {}\n", n(*value));
         }
         let chosen = if chosen.is_empty() { String::new() } else { format!("; chosen: {chosen}") };
-        text + &format!("source = {}\n", quoted(&format!("the answer of the call: {answer}{chosen}")))
+        text += &format!("source = {}\n", quoted(&format!("the answer of the call: {answer}{chosen}")));
+        FixtureText { text, below }
     };
     let words = answer.to_owned();
     match (word.to_ascii_lowercase().as_str(), &sizes[..]) {
@@ -236,7 +240,7 @@ mod tests {
             ] {
                 let Ok(Workholding::Fixtures(texts, words)) = read(answer, &stock, None) else { panic!("{answer}") };
                 assert_eq!((texts.len(), words.as_str()), (count, answer));
-                let text = texts.concat();
+                let text: String = texts.iter().map(|t| t.text.as_str()).collect();
                 let file: File = toml::from_str(&text).unwrap_or_else(|e| panic!("{text}: {e}"));
                 assert!(fixture_fault(&text, &file.fixture).is_none(), "{text}");
             }
@@ -244,7 +248,7 @@ mod tests {
         let vise = read("vise 125x40 grip 8", &long, None).expect("read");
         for (gap, lowest, fits) in [(50.0, 50.0, true), (32.5, 62.0, false), (10.0, 62.0, false)] {
             let (Workholding::Fixtures(texts, _), note) = vise.clone().on_table(&long, gap) else { panic!("{gap}") };
-            assert_eq!((below(&texts[0]), note.is_none()), (Some(lowest), fits), "{gap}: {note:?}");
+            assert_eq!((texts[0].below, note.is_none()), (lowest, fits), "{gap}: {note:?}");
         }
         assert_eq!(read("none: glued on wax", &long, None), Ok(Workholding::None("glued on wax".into())));
         for (answer, words) in [

@@ -132,7 +132,7 @@ fn scene(plan: &Plan<'_>) -> String {
     put(&format!("# {}", plan.mount.reason));
     put("[mount]");
     put(&format!("translation_mm = {}", vector(plan.mount.value.into())));
-    if plan.mount.reason.starts_with("chosen") {
+    if plan.mount.chosen {
         put("# Findings that depend on it say so; remove the line once the position is that of your own setup.");
         put("chosen = true");
     }
@@ -172,7 +172,7 @@ fn scene(plan: &Plan<'_>) -> String {
         Workholding::Fixtures(texts, _) => {
             for text in texts {
                 put("");
-                text.lines().for_each(&mut put);
+                text.text.lines().for_each(&mut put);
             }
         }
         Workholding::None(_) => {}
@@ -235,7 +235,7 @@ fn readme(plan: &Plan<'_>, lines: &[String]) -> String {
     if let Some(copy) = &plan.home_zero {
         row("machine", "zero at home".into(), &copy.reason);
     }
-    if plan.stock.reason.starts_with("chosen") {
+    if plan.stock.chosen {
         let b = plan.stock.value.aabb();
         row(
             "stock",
@@ -243,7 +243,7 @@ fn readme(plan: &Plan<'_>, lines: &[String]) -> String {
             &plan.stock.reason,
         );
     }
-    if plan.mount.reason.starts_with("chosen") {
+    if plan.mount.chosen {
         row("mounting", format!("{} mm", vector(plan.mount.value.into())), &plan.mount.reason);
     }
     if let Tools::Drafts(drafts) = &plan.tools {

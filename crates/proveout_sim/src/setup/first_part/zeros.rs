@@ -140,6 +140,7 @@ pub(super) fn own_mount(
     Some(Reasoned {
         value: machine.program_zero()? - Point::origin() + Vector::from(own.base),
         reason: format!("as the program says, line {}: it puts its zero there itself, by {how}", own.at.line),
+        chosen: false,
     })
 }
 
@@ -193,6 +194,7 @@ pub(super) fn stated_mount(
         Some(mount) => Ok(Some(Reasoned {
             value: Vector::from(mount),
             reason: if proposed { format!("chosen: {where_it_is}") } else { "as the answer `mount` says".into() },
+            chosen: proposed,
         })),
         None => Err(refused(format!("`{key}` = {answer:?} is not a place"), "write three numbers: 0,0,150")),
     }
