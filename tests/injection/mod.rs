@@ -143,7 +143,7 @@ fn show(number: usize) {
                 Answer::Refused(why) => println!("  refused: {why}"),
                 Answer::Verdict(v) => {
                     for gate in v.gates {
-                        println!("  {:?} {}: {}", gate.state, gate.name, gate.reason);
+                        println!("  {:?} {}: {}", gate.state, gate.gate, gate.reason);
                     }
                     for f in v.findings {
                         println!("  {} line {:?}: {}", f.code, f.line, f.message);

@@ -93,7 +93,7 @@ impl Answer {
     pub(crate) fn gate(&self, name: &str) -> Option<(State, &str)> {
         match self {
             Self::Refused(_) => None,
-            Self::Verdict(v) => v.gates.iter().find(|g| g.name == name).map(|g| (g.state, g.reason.as_str())),
+            Self::Verdict(v) => v.gates.iter().find(|g| g.gate.name() == name).map(|g| (g.state, g.reason.as_str())),
         }
     }
 }

@@ -18,7 +18,7 @@ fn the_production_program_makes_the_part_that_its_text_describes() {
     let choice = Choice { nc: Some(nc), resolution_mm: Some(0.5), ..Choice::default() };
     let run = prove(&scene("axis-cross"), &choice, 2).expect("runs to its end");
     let v = &run.verdict;
-    let gate = |name: &str| v.gates.iter().find(|g| g.name == name).expect("every gate is there").clone();
+    let gate = |name: &str| v.gates.iter().find(|g| g.gate.name() == name).expect("every gate is there").clone();
     assert_eq!(gate("program").state, State::Pass, "{:?}", gate("program"));
     for name in ["limits", "process", "collision"] {
         assert_eq!(gate(name).state, State::Pass, "{:?}", gate(name));

@@ -7,7 +7,7 @@ use proveout_sim::{
     finding::Finding,
     run::RunResult,
     scene::DynamicsFile,
-    verdict::{Gate, State},
+    verdict::{GateVerdict, State},
 };
 use proveout_tests::{prove, root};
 
@@ -84,8 +84,8 @@ impl Bench {
     }
 }
 
-pub(crate) fn gate<'r>(run: &'r RunResult, name: &str) -> &'r Gate {
-    run.verdict.gates.iter().find(|g| g.name == name).expect("a gate")
+pub(crate) fn gate<'r>(run: &'r RunResult, name: &str) -> &'r GateVerdict {
+    run.verdict.gates.iter().find(|g| g.gate.name() == name).expect("a gate")
 }
 
 pub(crate) fn state(run: &RunResult, name: &str) -> State {

@@ -64,7 +64,7 @@ fn the_drives_leave_their_marks_and_the_time_as_it_is() {
     // Never more than what the joints are off: the contour error bounds the part.
     let worst = servo.deviation.gouge_max_mm.expect("measured").max(servo.deviation.excess_max_mm.expect("measured"));
     assert!(worst < IDEAL_MM + contour(&servo) + 0.02, "{worst} {}", contour(&servo));
-    let limits = servo.gates.iter().find(|g| g.name == "limits").expect("the gate");
+    let limits = servo.gates.iter().find(|g| g.gate.name() == "limits").expect("the gate");
     assert!(limits.state == State::Pass && limits.reason.contains("force of every drive"), "{}", limits.reason);
 }
 

@@ -6,7 +6,7 @@ use proveout_sim::{
     Choice,
     run::RunResult,
     scene::DynamicsFile,
-    verdict::{Gate, State},
+    verdict::{GateVerdict, State},
 };
 use proveout_tests::{prove, root};
 
@@ -28,8 +28,8 @@ fn three_axis() -> std::path::PathBuf {
     root().join("machines/three-axis-mill")
 }
 
-fn gate<'r>(run: &'r RunResult, name: &str) -> &'r Gate {
-    run.verdict.gates.iter().find(|g| g.name == name).expect("a gate")
+fn gate<'r>(run: &'r RunResult, name: &str) -> &'r GateVerdict {
+    run.verdict.gates.iter().find(|g| g.gate.name() == name).expect("a gate")
 }
 
 /// A slot across the block, 3 mm deep, with the length words of the caller.

@@ -82,7 +82,7 @@ fn new_axes_leave_lower_ridges_touch_nothing_and_turn_between_the_rows() {
     let verdicts = proved.map(|(verdict, _)| verdict);
     for verdict in &verdicts {
         for gate in &verdict.gates {
-            let name = gate.name.as_str();
+            let name = gate.gate.name();
             let judged = ["program", "limits", "process", "collision", "near_miss", "gouge", "excess"].contains(&name);
             assert!(!judged || gate.state == State::Pass, "{}: {gate:?}", verdict.program);
         }

@@ -139,7 +139,7 @@ fn deepest(name: &str, program: &str, cell: f64) -> f64 {
     let choice = Choice { program: Some(program.into()), resolution_mm: Some(cell), ..Choice::default() };
     let run = prove(&scene(name), &choice, 2).unwrap_or_else(|e| panic!("{e}"));
     for gate in ["program", "limits", "process", "collision"] {
-        let gate = run.verdict.gates.iter().find(|g| g.name == gate).expect("every gate is there");
+        let gate = run.verdict.gates.iter().find(|g| g.gate.name() == gate).expect("every gate is there");
         // The scenes are of ideal dynamics: what depends on the path stays open, for this reason alone.
         let ideal = gate.reason.ends_with("not checked: dynamics are ideal: the cut ignores corner rounding");
         assert!(gate.state == State::Pass || gate.state == State::Unchecked && ideal, "{program}: {gate:?}");

@@ -63,7 +63,7 @@ fn the_same_part_comes_from_every_language() {
         let run = prove(folder.path(), &Choice::default(), 2).unwrap_or_else(|e| panic!("{file}: {e}"));
         let verdict = &run.verdict;
         for name in ["program", "limits", "process"] {
-            let gate = verdict.gates.iter().find(|g| g.name == name).expect("gate");
+            let gate = verdict.gates.iter().find(|g| g.gate.name() == name).expect("gate");
             assert_eq!(gate.state, State::Pass, "{file}: {name}: {} {:?}", gate.reason, verdict.findings);
         }
         assert_eq!(verdict.inspection.len(), 5, "{file}");

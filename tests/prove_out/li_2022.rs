@@ -62,7 +62,7 @@ fn new_axes_leave_the_surface_and_save_time() {
     for (name, (verdict, left)) in programs.iter().zip(&runs) {
         println!("{name}: {:.2} s, left {:.3?} um", verdict.time.total_s, left.map(|v| v * 1e3));
         for gate in ["program", "limits", "process", "collision", "near_miss", "gouge", "excess"] {
-            let gate = verdict.gates.iter().find(|g| g.name == gate).expect("every gate is there");
+            let gate = verdict.gates.iter().find(|g| g.gate.name() == gate).expect("every gate is there");
             assert_eq!(gate.state, State::Pass, "{name}: {gate:?}");
         }
         // Chords of 0.5 mm of a path of 9.2 mm radius round the trailing edge: 0.5^2 / (8 * 9.2) = 3.4 micrometers.

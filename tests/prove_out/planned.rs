@@ -123,7 +123,7 @@ pub(crate) fn proved(folder: &Path) -> Verdict {
 
 pub(crate) fn gates_pass(name: &str, verdict: &Verdict, gates: &[&str]) {
     for gate in gates {
-        let gate = verdict.gates.iter().find(|g| g.name == *gate).expect("every gate is there");
+        let gate = verdict.gates.iter().find(|g| g.gate.name() == *gate).expect("every gate is there");
         assert_eq!(gate.state, State::Pass, "{name}: {gate:?}\n{:#?}", verdict.findings);
     }
 }

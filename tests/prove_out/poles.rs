@@ -52,7 +52,7 @@ fn codes(run: &RunResult) -> Vec<&str> {
 }
 
 fn limits(run: &RunResult) -> State {
-    run.verdict.gates.iter().find(|g| g.name == "limits").expect("the gate").state
+    run.verdict.gates.iter().find(|g| g.gate.name() == "limits").expect("the gate").state
 }
 
 /// C stands at 0, and the tool upright: where B3 or A3 alone tilts the table, either way round, C turns by a

@@ -54,7 +54,7 @@ fn each_tool_drills_the_hole_of_its_profile() {
             "{}: {removed} mm3 instead of {expected} mm3",
             tool.name
         );
-        let process = run.verdict.gates.iter().find(|g| g.name == "process").expect("a gate");
+        let process = run.verdict.gates.iter().find(|g| g.gate.name() == "process").expect("a gate");
         // A head with a bore must not plunge, and of a chamfer mill nobody says whether it cuts at its center.
         let expected = match tool.cuts_at_center() {
             Some(true) => State::Pass,

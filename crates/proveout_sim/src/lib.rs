@@ -87,5 +87,6 @@ pub mod programs {
     pub use crate::{
         compare::remade::Remade,
         prepare::programs::{Original, Rescheduling, helix, rescheduled, text},
+        prepare::programs::{Original, Rescheduling, helix, largest_center_shift, rescheduled, text},
     };
 }

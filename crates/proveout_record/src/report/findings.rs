@@ -148,7 +148,7 @@ const REMEDIES: [(Code, &str); 28] = [
         "Write the dwell in the unit of the control, or state the unit as `dwell` of the control file.",
     ),
     (
-        finding::OVERTRAVEL,
+        OVERTRAVEL,
         "`proveout check` of the scene shows the cause, and whether another mounting brings the axis back into its travel.",
     ),
     (finding::UNREACHABLE, "The rotary axes cannot take this tilt: lower it or set the part up at another angle."),
@@ -192,14 +192,14 @@ const REMEDIES: [(Code, &str); 28] = [
         finding::COLLISION,
         "Change the depth or the way of this block at the place named here, or the fixture there; where the finding names the mounting, that too.",
     ),
-    (finding::NEAR_MISS, "Check the real clamping here before the first part."),
+    (NEAR_MISS, "Check the real clamping here before the first part."),
     (finding::OVERCUT, "Use a smaller tool for this part of the contour, or leave the narrow place out."),
     (finding::CONTOUR_TOUCHED, "Begin and end one tool radius away from the contour, or lead in and out on arcs."),
     (finding::GOUGE, "Check cutter compensation, tool length and radius, and the path at the marked point."),
     (finding::EXCESS, "Finish the marked area with another pass or a smaller tool."),
     (finding::FILM, "Nothing fails for it; let the passes overlap if they meet edge to edge."),
     (finding::THREAD, "None is needed: the design has the holes before their threads."),
-    (finding::INSPECTION, "Compare the block that made the feature with the drawing."),
+    (INSPECTION, "Compare the block that made the feature with the drawing."),
 ];
 
 /// What a machinist or programmer can do about a code; empty where nothing is to be done.

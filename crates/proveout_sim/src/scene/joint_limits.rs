@@ -110,6 +110,7 @@ fn rounded(value: f64) -> f64 {
 }
 
 /// What is wrong with a limit of the scene.
+#[derive(Debug)]
 struct LimitFault {
     key: &'static str,
     message: String,
@@ -211,7 +212,7 @@ mod tests {
             ("max_acceleration_deg_s2 = nan", "not a limit"),
             ("max_velocity_deg_s = 1e5", "above the machine's limit of 360"),
         ] {
-            let (message, help) = limit(&mut a.clone(), &limits(text)).expect_err(text);
+            let LimitFault { message, help, .. } = limit(&mut a.clone(), &limits(text)).expect_err(text);
             assert!(message.contains(word) && !help.is_empty(), "{text}: {message}");
         }
     }

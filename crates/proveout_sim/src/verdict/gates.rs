@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn each_error_code_fails_its_gate_and_a_hit_fails_near_miss_as_well() {
-        for code in finding::CODES {
+        for code in CODES {
             let mut log = FindingLog::default();
             log.push(FindingLog::of(code, String::new()));
             let failed: Vec<Gate> =
