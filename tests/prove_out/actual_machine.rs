@@ -1,6 +1,6 @@
 //! Geometric errors of a machine: the control believes in the described machine, and the actual one cuts.
 
-use proveout_sim::{run::RunResult, scene::DynamicsFile, verdict::State};
+use proveout_sim::{run::RunResult, scene::Dynamics, verdict::State};
 
 use crate::prove_out::bench::{Bench, end_mill, fanuc, gate};
 
@@ -24,7 +24,7 @@ fn measured(run: &RunResult) -> [f64; 3] {
     std::array::from_fn(|k| run.verdict.inspection[k].measured_mm.expect("it is there"))
 }
 
-const DYNAMICS: [DynamicsFile; 3] = [DynamicsFile::Ideal, DynamicsFile::Planned, DynamicsFile::Servo];
+const DYNAMICS: [Dynamics; 3] = [Dynamics::Ideal, Dynamics::Planned, Dynamics::Servo];
 
 #[test]
 fn the_cut_moves_by_the_stated_errors_with_any_dynamics() {
@@ -39,7 +39,7 @@ fn the_cut_moves_by_the_stated_errors_with_any_dynamics() {
             // The walls are round: 0.04 mm aside of their crown they stand 1.6e-4 mm back; twice the sweep's bound.
             assert!((moved - wanted).abs() < 6e-4, "{dynamics:?}: {moved} instead of {wanted}");
         }
-        let plain_floor = if dynamics == DynamicsFile::Servo { 0.02 } else { 1e-4 };
+        let plain_floor = if dynamics == Dynamics::Servo { 0.02 } else { 1e-4 };
         assert!((plain[0] + 3.0).abs() < plain_floor, "{dynamics:?}: {plain:?}");
         assert!(gate(&actual, "collision").reason.contains("geometric errors"), "{:?}", gate(&actual, "collision"));
         assert_ne!(gate(&actual, "excess").state, State::Pass, "the floor is half a millimeter high");
@@ -81,7 +81,7 @@ fn a_slot_follows_the_table_of_errors_of_its_slide() {
             };
             let wanted = -3.0 + height(place - 0.25).min(height(place + 0.25));
             let found = found.measured_mm.expect("a floor");
-            let within = if dynamics == DynamicsFile::Servo { 3e-3 } else { 6e-4 };
+            let within = if dynamics == Dynamics::Servo { 3e-3 } else { 6e-4 };
             assert!((found - wanted).abs() < within, "{dynamics:?} {place}: {found} instead of {wanted}");
         }
     }

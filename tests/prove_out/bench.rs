@@ -6,7 +6,7 @@ use proveout_sim::{
     Choice, SimError,
     finding::Finding,
     run::RunResult,
-    scene::DynamicsFile,
+    scene::Dynamics,
     verdict::{GateVerdict, State},
 };
 use proveout_tests::{prove, root};
@@ -50,7 +50,7 @@ impl Default for Bench {
 }
 
 impl Bench {
-    pub(crate) fn run(&self, dynamics: DynamicsFile) -> Result<RunResult, SimError> {
+    pub(crate) fn run(&self, dynamics: Dynamics) -> Result<RunResult, SimError> {
         let folder = tempfile::tempdir().expect("temporary folder");
         let at = |name: &str| folder.path().join(name);
         let mut machine = root().join("machines").join(self.machine);
@@ -80,7 +80,7 @@ impl Bench {
 
     /// The same with the set points of the control; a run that cannot be made fails the test.
     pub(crate) fn planned(&self) -> RunResult {
-        self.run(DynamicsFile::Planned).unwrap_or_else(|e| panic!("{e}\n{}", self.program))
+        self.run(Dynamics::Planned).unwrap_or_else(|e| panic!("{e}\n{}", self.program))
     }
 }
 

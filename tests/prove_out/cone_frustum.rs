@@ -1,6 +1,6 @@
 //! The tilted cone frustum on two machines: the flank against its closed form.
 
-use proveout_sim::{Choice, scene::DynamicsFile, verdict::State};
+use proveout_sim::{Choice, scene::Dynamics, verdict::State};
 use proveout_tests::{prove, scene};
 
 /// Distance of the rays, mm. Points of the cut surface are exact whatever it is.
@@ -11,7 +11,7 @@ const IDEAL_MM: f64 = 0.002;
 /// The finishing passes allow corners to be rounded by this much (`CYCLE832` in the program).
 const PATH_TOLERANCE_MM: f64 = 0.005;
 
-fn choice(program: &str, dynamics: DynamicsFile) -> Choice {
+fn choice(program: &str, dynamics: Dynamics) -> Choice {
     Choice {
         program: Some(program.into()),
         resolution_mm: Some(CELL_MM),
@@ -23,7 +23,7 @@ fn choice(program: &str, dynamics: DynamicsFile) -> Choice {
 #[test]
 fn the_programmed_path_cuts_the_cone_of_the_drawing() {
     for program in ["bc", "ac"] {
-        let run = prove(&scene("cone-frustum"), &choice(program, DynamicsFile::Ideal), 2).expect("runs");
+        let run = prove(&scene("cone-frustum"), &choice(program, Dynamics::Ideal), 2).expect("runs");
         let d = &run.verdict.deviation;
         let (gouge, excess) = (d.gouge_max_mm.expect("measured"), d.excess_max_mm.expect("measured"));
         assert!(d.samples.expect("measured") > 2000, "{program}: {d:?}");
@@ -33,7 +33,7 @@ fn the_programmed_path_cuts_the_cone_of_the_drawing() {
 
 #[test]
 fn rounded_corners_stay_within_the_path_tolerance() {
-    let run = prove(&scene("cone-frustum"), &choice("bc", DynamicsFile::Planned), 2).expect("runs");
+    let run = prove(&scene("cone-frustum"), &choice("bc", Dynamics::Planned), 2).expect("runs");
     let d = &run.verdict.deviation;
     let bound = IDEAL_MM + PATH_TOLERANCE_MM;
     assert!(d.gouge_max_mm.expect("measured") <= bound, "{d:?}");
@@ -47,8 +47,8 @@ fn rounded_corners_stay_within_the_path_tolerance() {
 /// elasticity and the load of the swivel, some micrometers on the part.
 #[test]
 fn the_drives_leave_their_marks_and_the_time_as_it_is() {
-    let planned = prove(&scene("cone-frustum"), &choice("bc", DynamicsFile::Planned), 2).expect("runs").verdict;
-    let servo = prove(&scene("cone-frustum"), &choice("bc", DynamicsFile::Servo), 2).expect("runs").verdict;
+    let planned = prove(&scene("cone-frustum"), &choice("bc", Dynamics::Planned), 2).expect("runs").verdict;
+    let servo = prove(&scene("cone-frustum"), &choice("bc", Dynamics::Servo), 2).expect("runs").verdict;
     assert_eq!(servo.time, planned.time);
     assert!(planned.axes.values().all(|a| a.max_following_error.is_none() && a.drive_energy_j.is_none()));
     for (name, axis) in &servo.axes {
@@ -71,7 +71,7 @@ fn the_drives_leave_their_marks_and_the_time_as_it_is() {
 #[test]
 fn the_verdict_has_the_same_bytes_at_any_thread_count() {
     let bytes = |threads| {
-        let run = prove(&scene("cone-frustum"), &choice("bc", DynamicsFile::Planned), threads).expect("runs");
+        let run = prove(&scene("cone-frustum"), &choice("bc", Dynamics::Planned), threads).expect("runs");
         serde_json::to_string_pretty(&run.verdict).expect("a verdict is JSON")
     };
     assert_eq!(bytes(1), bytes(2));

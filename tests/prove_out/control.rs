@@ -5,7 +5,7 @@ use std::{fs, path::Path};
 use proveout_sim::{
     Choice,
     run::RunResult,
-    scene::DynamicsFile,
+    scene::Dynamics,
     verdict::{GateVerdict, State},
 };
 use proveout_tests::{prove, root};
@@ -130,7 +130,7 @@ fn changed(name: &str, folder: &Path, change: impl Fn(String) -> String) -> std:
 
 #[test]
 fn a_drive_that_saturates_is_a_finding_that_fails_the_limits() {
-    let servo = Choice { dynamics: Some(DynamicsFile::Servo), ..Choice::default() };
+    let servo = Choice { dynamics: Some(Dynamics::Servo), ..Choice::default() };
     let strong = run(&three_axis(), "slot.nc", &slot("G43 H3", ""), FLOOR, &servo);
     assert_eq!(
         gate(&strong, "limits").state,

@@ -1,7 +1,7 @@
 //! Corners of feed and rapid: what is removed belongs to the block whose path it follows, and a rapid in
 //! material is as deep as it is.
 
-use proveout_sim::{run::RunResult, scene::DynamicsFile, verdict::State};
+use proveout_sim::{run::RunResult, scene::Dynamics, verdict::State};
 
 use crate::prove_out::bench::{Bench, end_mill, fanuc, findings, gate, line_of, state};
 
@@ -19,7 +19,7 @@ fn slot_and_retract(end: &str, stop: &str) -> String {
     )
 }
 
-const DYNAMICS: [DynamicsFile; 3] = [DynamicsFile::Ideal, DynamicsFile::Planned, DynamicsFile::Servo];
+const DYNAMICS: [Dynamics; 3] = [Dynamics::Ideal, Dynamics::Planned, Dynamics::Servo];
 
 #[test]
 fn a_retract_out_of_a_slot_is_no_rapid_in_material() {
@@ -30,9 +30,9 @@ fn a_retract_out_of_a_slot_is_no_rapid_in_material() {
             let run = bench.run(dynamics).unwrap_or_else(|e| panic!("{e}"));
             assert!(findings(&run, RAPID).is_empty(), "{end} {stop} {dynamics:?}: {:?}", run.verdict.findings);
             // Under ideal dynamics no corner is rounded: nothing is found, and nothing passes.
-            let wanted = if dynamics == DynamicsFile::Ideal { State::Unchecked } else { State::Pass };
+            let wanted = if dynamics == Dynamics::Ideal { State::Unchecked } else { State::Pass };
             assert_eq!(state(&run, "process"), wanted, "{:?}", gate(&run, "process"));
-            if dynamics != DynamicsFile::Servo {
+            if dynamics != Dynamics::Servo {
                 removed.push(run.verdict.removal.volume_mm3);
             }
         }
@@ -84,7 +84,7 @@ fn a_true_rapid_is_found_with_its_depth_and_its_line() {
             let run = bench.run(dynamics).unwrap_or_else(|e| panic!("{e}"));
             let found = only(&run, &bench.program, "(HERE)");
             // Drives overshoot by a micrometer or two.
-            let within = if dynamics == DynamicsFile::Servo { 0.02 } else { 1e-4 };
+            let within = if dynamics == Dynamics::Servo { 0.02 } else { 1e-4 };
             assert!((found - depth).abs() < within, "plunge {depth} {dynamics:?}: {found}");
         }
     }

@@ -8,7 +8,7 @@ use proveout_sim::{
     Choice,
     finding::{Finding, Severity},
     run::RunResult,
-    scene::DynamicsFile,
+    scene::Dynamics,
     verdict::State,
 };
 use proveout_tests::{prove, root};
@@ -20,7 +20,7 @@ const TOOLS: &str = "description = \"a ball for five axes\"\n[[tool]]\nnumber = 
 const HEAD: &str = "G40 G17 G710 G94 G90\nT=\"BALL_D8\"\nM6\nD1 S3000 M3\nTRAORI\nG54\nORIWKS ORIVECT\n";
 
 /// The program on a small block, on a machine of the library.
-fn run(machine: &str, program: &str, control: &str, dynamics: DynamicsFile) -> RunResult {
+fn run(machine: &str, program: &str, control: &str, dynamics: Dynamics) -> RunResult {
     let folder = tempfile::tempdir().expect("temporary folder");
     let scene = format!(
         "name = \"pole\"\nmachine = {:?}\ntools = \"tools.toml\"\nresolution_mm = 1.0\n\
@@ -62,7 +62,7 @@ fn the_first_rapid_with_a_vector_turns_the_table_to_where_the_circle_leaves_the_
     for machine in ["bc-trunnion", "ac-trunnion-620"] {
         for azimuth in [5.0, 15.0, 35.0, 100.0, 175.0, 181.0, 285.0] {
             let program = format!("G0 X5 Y5 Z30 {}\n", words(20.0, azimuth));
-            let run = run(machine, &program, "", DynamicsFile::Planned);
+            let run = run(machine, &program, "", Dynamics::Planned);
             let c = &run.verdict.axes["C"];
             assert!(c.max - c.min <= 90.001, "{machine} {azimuth}: C from {} to {}", c.min, c.max);
             assert_eq!(codes(&run), Vec::<&str>::new(), "{machine} {azimuth}: {:?}", run.verdict.findings);
@@ -83,21 +83,21 @@ fn a_block_past_the_pole_stays_on_its_circle() {
             let half = (closest.to_radians().tan() / 20_f64.to_radians().tan()).acos().to_degrees();
             let [from, to] = [words(20.0, 90.0 - half), words(20.0, 90.0 + half)];
             let program = format!("G0 X-6 Y3 Z30 {from}\nG1 X36 Y3 Z30 {to} F3000\n");
-            for dynamics in [DynamicsFile::Ideal, DynamicsFile::Planned, DynamicsFile::Servo] {
+            for dynamics in [Dynamics::Ideal, Dynamics::Planned, Dynamics::Servo] {
                 let run = run(machine, &program, "", dynamics);
                 let path = &run.verdict.path;
                 let allowed = match dynamics {
                     // The nine digits of the vectors, and the polynomials of the joints.
-                    DynamicsFile::Ideal => 1e-5,
+                    Dynamics::Ideal => 1e-5,
                     // Corners may be rounded by 0.01 mm over 40 mm; the one between rapid and feed is a stop.
-                    DynamicsFile::Planned => 0.0145,
+                    Dynamics::Planned => 0.0145,
                     // Lag of two joints that are not matched while one of them turns fast.
-                    DynamicsFile::Servo => 1.0,
+                    Dynamics::Servo => 1.0,
                 };
                 let error = path.max_axis_error_deg.expect("measured");
                 println!("{machine} {closest} {dynamics:?}: {error:.6} degrees, {:?}", codes(&run));
                 assert!(error < allowed, "{machine} {closest} {dynamics:?}: {error} degrees");
-                assert!(dynamics != DynamicsFile::Servo || error > 1e-5, "{closest}: drives without any lag");
+                assert!(dynamics != Dynamics::Servo || error > 1e-5, "{closest}: drives without any lag");
                 // From one end to the other C goes round the pole on one side of it: by twice the angle, and no less.
                 let c = &run.verdict.axes["C"];
                 assert!(c.max - c.min > 2.0 * half - 1.0, "{machine} {closest}: C from {} to {}", c.min, c.max);
@@ -112,7 +112,7 @@ fn a_block_past_the_pole_stays_on_its_circle() {
 fn a_block_through_the_pole_runs_on_every_machine() {
     let program = format!("G0 X-6 Y3 Z30 {}\nG1 X36 Y3 Z30 {} F3000\n", words(20.0, 40.0), words(25.0, 220.0));
     for (machine, turn) in [("bc-trunnion", 0.0), ("ac-trunnion-620", 0.0), ("ma-ac-trunnion", 180.0)] {
-        let run = run(machine, &program, "", DynamicsFile::Ideal);
+        let run = run(machine, &program, "", Dynamics::Ideal);
         assert_eq!(codes(&run), Vec::<&str>::new(), "{machine}: {:?}", run.verdict.findings);
         assert!(run.verdict.path.max_axis_error_deg.expect("measured") < 1e-4, "{machine}: {:?}", run.verdict.path);
         let c = &run.verdict.axes["C"];
@@ -129,7 +129,7 @@ fn inside_of_the_cone_the_circle_is_left_and_that_is_reported() {
     let half = (0.0007_f64.to_radians().tan() / 20_f64.to_radians().tan()).acos().to_degrees();
     let program =
         format!("G0 X-6 Y3 Z30 {}\nG1 X36 Y3 Z30 {} F3000\n", words(20.0, 90.0 - half), words(20.0, 90.0 + half));
-    let inside = run("bc-trunnion", &program, "", DynamicsFile::Ideal);
+    let inside = run("bc-trunnion", &program, "", Dynamics::Ideal);
     assert_eq!(codes(&inside), ["limits-pole-crossed"], "{:?}", inside.verdict.findings);
     let finding = limit_findings(&inside)[0];
     assert_eq!((finding.severity, finding.line), (Severity::Warning, Some(9)));
@@ -142,7 +142,7 @@ fn inside_of_the_cone_the_circle_is_left_and_that_is_reported() {
     assert!(c(&inside) < 130.0, "{}", c(&inside));
     assert_ne!(limits(&inside), State::Fail);
 
-    let followed = run("bc-trunnion", &program, "pole_cone_deg = 0", DynamicsFile::Ideal);
+    let followed = run("bc-trunnion", &program, "pole_cone_deg = 0", Dynamics::Ideal);
     assert_eq!(codes(&followed), Vec::<&str>::new(), "{:?}", followed.verdict.findings);
     assert!(followed.verdict.path.max_axis_error_deg.expect("measured") < 1e-5);
     assert!(c(&followed) > 179.0, "{}", c(&followed));
@@ -150,7 +150,7 @@ fn inside_of_the_cone_the_circle_is_left_and_that_is_reported() {
     let half = (0.7_f64.to_radians().tan() / 20_f64.to_radians().tan()).acos().to_degrees();
     let program =
         format!("G0 X-6 Y3 Z30 {}\nG1 X36 Y3 Z30 {} F3000\n", words(20.0, 90.0 - half), words(20.0, 90.0 + half));
-    let wide = run("bc-trunnion", &program, "pole_cone_deg = 1", DynamicsFile::Ideal);
+    let wide = run("bc-trunnion", &program, "pole_cone_deg = 1", Dynamics::Ideal);
     assert_eq!(codes(&wide), ["limits-pole-crossed"]);
     assert!((limit_findings(&wide)[0].value.expect("an angle") - 0.7).abs() < 1e-4);
 }
@@ -159,7 +159,7 @@ fn inside_of_the_cone_the_circle_is_left_and_that_is_reported() {
 #[test]
 fn positions_that_no_circle_leads_to_are_reported() {
     let program = "G0 X0 Y0 Z30 B20 C0\nG1 X30 Z30 B-20 C6 F3000\n";
-    let run = run("bc-trunnion", program, "", DynamicsFile::Ideal);
+    let run = run("bc-trunnion", program, "", Dynamics::Ideal);
     assert_eq!(codes(&run), ["limits-off-circle"], "{:?}", run.verdict.findings);
     let finding = limit_findings(&run)[0];
     assert_eq!((finding.severity, finding.line), (Severity::Error, Some(9)));

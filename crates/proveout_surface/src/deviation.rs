@@ -1,6 +1,6 @@
 //! Deviation of a cut surface from its design.
 
-use proveout_geom::{Aabb, Point, Vector};
+use proveout_geom::{Aabb, Point};
 pub use proveout_stock::SurfacePoint;
 use rayon::prelude::*;
 
