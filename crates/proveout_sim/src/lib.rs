@@ -86,7 +86,6 @@ pub use {
 pub mod programs {
     pub use crate::{
         compare::remade::Remade,
-        prepare::programs::{Original, Rescheduling, helix, largest_center_shift, rescheduled, text},
         prepare::programs::{Original, Rescheduling, helix, rescheduled, text},
     };
 }
