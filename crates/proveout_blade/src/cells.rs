@@ -1,10 +1,12 @@
-//! The nearest point of a smooth map S(u, v), of all that there are, by branch and bound over cells of its parameters.
+//! The nearest of all points of a smooth map S(u, v), by branch and bound over cells of its parameters.
 //!
 //! In a cell with center c, half widths a, b and bounds `U >= |S_uu|`, `W >= |S_uv|`, `V >= |S_vv|` Taylor's
 //! formula gives
 //!
 //! ```text
-//!   | S(c + (x, y)) - S(c) - x S_u(c) - y S_v(c) |  <=  bulge = (U a^2 + 2 W a b + V b^2) / 2        |x| <= a, |y| <= b
+//!   | S(c + (x, y)) - S(c) - x S_u(c) - y S_v(c) |  <=  bulge        |x| <= a, |y| <= b
+//!
+//!   bulge = (U a^2 + 2 W a b + V b^2) / 2
 //! ```
 //!
 //! so that no point of the cell is nearer than the distance from the parallelogram of the tangents less the

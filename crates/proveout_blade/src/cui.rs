@@ -2,7 +2,9 @@
 //! surface; this is the substitute defined in its specification.
 //!
 //! ```text
-//!   S(z, w) = d n(a) + w t(a) + z e_z      a = 90 + 25 z / 120 degrees      n = (cos a, sin a, 0)   t = (-sin a, cos a, 0)
+//!   S(z, w) = d n(a) + w t(a) + z e_z
+//!
+//!   a = 90 + 25 z / 120 degrees      n = (cos a, sin a, 0)      t = (-sin a, cos a, 0)
 //! ```
 //!
 //! The row runs along z from plate to plate at w = 0, d from the axis of C. u is w, v is z, both mm; the

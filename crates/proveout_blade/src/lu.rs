@@ -3,12 +3,15 @@
 //! specification.
 //!
 //! ```text
-//!   xi = cos(w) / 2     eta = m (1 - 4 xi^2) + (tau / 2) sin w (1 - 0.35 cos w)      w = 0 trailing edge, pi leading edge, suction side between
-//!   m = 0.14 - 0.09 v   tau = 0.10 - 0.04 v   chord 40 (1 - 0.25 v) mm   stagger 20 + 30 v degrees   span 100 mm
+//!   xi    = cos(w) / 2
+//!   eta   = m (1 - 4 xi^2) + (tau / 2) sin w (1 - 0.35 cos w)
+//!   m     = 0.14 - 0.09 v        tau     = 0.10 - 0.04 v
+//!   chord = 40 (1 - 0.25 v) mm   stagger = 20 + 30 v degrees   span = 100 mm
 //! ```
 //!
-//! u is w (radian), v the part of the span. The span runs along +X, the section lies in Y (chord) and Z and
-//! turns with the stagger about X.
+//! u is w (radian): 0 at the trailing edge, pi at the leading edge, the suction side between them. v is the
+//! part of the span. The span runs along +X, the section lies in Y (chord) and Z and turns with the stagger
+//! about X.
 
 use std::f64::consts::TAU;
 

@@ -1,11 +1,17 @@
 //! A blade section as the envelope of circles whose centers run along a circular camber line.
 //!
 //! ```text
-//!                 suction side (convex)                     c(x)  center on the camber arc, x = 0 leading, 1 trailing edge
-//!             .----------------------.                      r(x)  = (1-x) r_le + x r_te + (t/2 - (r_le+r_te)/2) sin^2(pi x)
-//!          .-'    . - - c(x) - - .    '-.                   n     outward normal, angle w from +y, P = c + r n
-//!   LE   (     -                   -     )   TE             t     tangent, n turned by +90 degrees: the section is run
-//!         '-.-'   pressure side      '-.-'                        through counter-clockwise (material on the left)
+//!                  suction side (convex)
+//!              .----------------------.
+//!           .-'    . - - c(x) - - .    '-.
+//!    LE   (     -                   -     )   TE
+//!          '-.-'   pressure side      '-.-'
+//!
+//!    c(x)  center on the camber arc, x = 0 at the leading edge, x = 1 at the trailing edge
+//!    r(x)  = (1-x) r_le + x r_te + (t/2 - (r_le+r_te)/2) sin^2(pi x)
+//!    n     outward normal, angle w from +y, P = c + r n
+//!    t     tangent, n turned by +90 degrees: the section is run through counter-clockwise
+//!          (material on the left)
 //! ```
 //!
 //! The envelope of circles fulfills `n . c' + r' = 0` (differentiate `|P - c|^2 = r^2` for x). With `L =

@@ -7,11 +7,14 @@
 //! ```text
 //!   c(u) = S(u, v) + f n(u, v)      v such that  c_x = x_platform +- f      (Newton on v)
 //!
-//!        blade     |  .            the ball touches the blade at S(u, v(u)) and the platform at c less f e_x; c' is at right angles to both
-//!              n --+--> c          normals, so that the fillet is the arc from -n to -e_x round every c (canal surface, Monge 1850)
-//!                  |   /
-//!        ----------'--+--- x_platform
+//!         blade     |  .
+//!               n --+--> c
+//!                   |   /
+//!         ----------'--+--- x_platform
 //! ```
+//!
+//! The ball touches the blade at `S(u, v(u))` and the platform at `c - f e_x`. c' is at right angles to both
+//! normals, so that the fillet is the arc from -n to `-e_x` round every c (canal surface, Monge 1850).
 //!
 //! The airfoil is trimmed at v(u), or where `S_x` is that of a flat end. The span of a blade is along +X.
 //! An allowance a moves every face outward: blade S + a n, platform by a, and leaves the fillet around the

@@ -18,8 +18,8 @@ const STEADY: f64 = 1e-3;
 ///
 /// ```text
 ///   feed |   ____      ___
-///        |  /    \    /   \        ramps from and to a standstill or a rapid motion do not count: the lowest place between
-///        | /      \__/     \       them does, and where there is none, the highest
+///        |  /    \    /   \        Ramps from and to a standstill or a rapid motion do not count. The
+///        | /      \__/     \       lowest place between them does, and where there is none, the highest.
 ///        |/        x        \
 ///        +-----------------------> t
 /// ```

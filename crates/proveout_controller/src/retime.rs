@@ -6,7 +6,10 @@
 //! sqrt(b(p)) (`tempo.rs`); the chain rule gives
 //!
 //! ```text
-//!   q. = q' sqrt(b)      q.. = q' b'/2 + q'' b      q... = sqrt(b) (q' b''/2 + 3/2 q'' b' + q''' b)      T = integral dp / sqrt(b)
+//!   q.   = q' sqrt(b)
+//!   q..  = q' b'/2 + q'' b
+//!   q... = sqrt(b) (q' b''/2 + 3/2 q'' b' + q''' b)
+//!   T    = integral dp / sqrt(b)
 //! ```
 //!
 //! (Verscheure et al. 2009 for the first two, over the path instead of a time). b = 1 is the law as it is.

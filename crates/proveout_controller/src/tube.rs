@@ -13,8 +13,9 @@
 //! which the motion corresponds to them. At `t_i` the tip is within `e_i` of `p_i`. So from `t_i` to `t_j`
 //!
 //! ```text
-//!      e_i          |p_j - p_i|           e_j        it goes at least |p_j - p_i| - e_i - e_j along the line from p_i to p_j,
-//!     (  o------------------------------o  )         with no more speed than the highest feed between both gates
+//!      e_i          |p_j - p_i|           e_j        It goes at least |p_j - p_i| - e_i - e_j along
+//!     (  o------------------------------o  )         the line from p_i to p_j, no faster than the
+//!                                                    highest feed between both gates.
 //! ```
 //!
 //! and each joint k goes at least `|q_k(p_j) - q_k(p_i)|` less what it may be off at both. With a velocity v

@@ -4,7 +4,10 @@
 //! for the fastest law p(t). With b = p.^2 and q' = dq/dp the chain rule gives
 //!
 //! ```text
-//!   q. = q' sqrt(b)     q.. = q' b'/2 + q'' b     q... = sqrt(b) (q' b''/2 + 3/2 q'' b' + q''' b)     T = integral dp / sqrt(b)
+//!   q.   = q' sqrt(b)
+//!   q..  = q' b'/2 + q'' b
+//!   q... = sqrt(b) (q' b''/2 + 3/2 q'' b' + q''' b)
+//!   T    = integral dp / sqrt(b)
 //! ```
 //!
 //! (Verscheure et al. 2009 for the first two). The parameter is the time of the plan itself: then the

@@ -2,10 +2,12 @@
 //! side, and doubled faces. No edge passes through a face there, so that `crossing` sees nothing.
 //!
 //! ```text
-//!    n ^      ^ n          Two triangles overlap when each lies in the plane of the other, within rounding of a file, they
-//!   ___|______|___         look to the same side, and their inside has points in common. Faces that look at each other
-//!      '------+----        are bodies that touch, which is no fault.
+//!    n ^      ^ n          Two triangles overlap when each lies in the plane of the other, within
+//!   ___|______|___         rounding of a file, they look to the same side, and their insides have
+//!      '------+----        points in common.
 //! ```
+//!
+//! Faces that look at each other are bodies that touch, which is no fault.
 //!
 //! Seen along the longest axis of the normal, the insides are apart exactly where all corners of one lie
 //! beyond or on a side of the other, which they may pass by rounding: shared corners and edges, and faces

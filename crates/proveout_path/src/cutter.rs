@@ -1,12 +1,13 @@
 //! From contact to cutter location, for any convex cutter of revolution: ball, bull-nose, drum wheel, barrel,
 //! lens, general APT.
 //!
-//! In the half plane through the axis T and the contact, with r from the axis towards the contact and z along the axis,
+//! In the half plane through the axis T and the contact, with r from the axis towards the contact and z along
+//! the axis,
 //!
 //! ```text
 //!        z = T
-//!        |        d = (|n - (n.T) T|, -n.T)    the direction -n in this half plane: where the outward normal of the cutter points
-//!        |  .--.
+//!        |        d = (|n - (n.T) T|, -n.T)    the direction -n in this half plane: where the
+//!        |  .--.                               outward normal of the cutter points
 //!        | (    )--> d     the contact is the support point (r, z) of the profile in the direction d
 //!        |  '--'
 //!        +------> r        tip = contact - r e_r - z T,    e_r = -(n - (n.T) T) / |n - (n.T) T|

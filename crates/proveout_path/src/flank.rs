@@ -2,13 +2,16 @@
 //! ruling, and what that leaves.
 //!
 //! ```text
-//!         P2 ---- rho2 ----- C2        C_i = P_i + rho_i n_i         rho = r / cos(alpha): along the normal from the skin to the axis
-//!         |                  |         T   = (C2 - C1) / |C2 - C1|
-//!  ruling |                  | axis    tip = C1 - (z1 + r1 tan(alpha)) T
-//!         P1 ---- rho1 ----- C1
-//!         :                            r(z) = r0 + (z - z0) tan(alpha), z the height of a contact above the tip, along T from the one
-//!         end + `below` of the side    of the ruling's end
+//!         P2 ---- rho2 ----- C2        C_i  = P_i + rho_i n_i
+//!         |                  |         rho  = r / cos(alpha)
+//!  ruling |                  | axis    T    = (C2 - C1) / |C2 - C1|
+//!         P1 ---- rho1 ----- C1        tip  = C1 - (z1 + r1 tan(alpha)) T
+//!         :                            r(z) = r0 + (z - z0) tan(alpha)
+//!         end + `below` of the side
 //! ```
+//!
+//! rho is the distance along the normal from the skin to the axis. z is the height of a contact above the
+//! tip, along T from that of the ruling's end.
 //!
 //! Both points are offset along their own normals (double point offset: Liu 1995, "Five-axis NC
 //! cylindrical milling of sculptured surfaces", Computer-Aided Design 27(12); for cones each by its

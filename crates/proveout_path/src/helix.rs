@@ -4,9 +4,9 @@
 //!
 //! ```text
 //!            t  travel (counter-clockwise round the section)
-//!      T ^  /        T = sin(tilt) e_x + cos(tilt) [direction in the section]; the direction in the section is the outward
-//!        | / lead    normal of the ball center's path turned by the lead towards the travel.
-//!   n    |/
+//!      T ^  /        T = sin(tilt) e_x + cos(tilt) [direction in the section]
+//!        | / lead    The direction in the section is the outward normal of the ball center's path,
+//!   n    |/          turned by the lead towards the travel.
 //!   <----Q   ball center = contact point + R * normal of the blade
 //! ```
 

@@ -111,7 +111,8 @@ impl Outside {
             Self::Cylinder { on_axis, along, radius } => {
                 let flat = |v: Vector| v - along * v.dot(along);
                 let (d, a) = (flat(pose.tip - on_axis), flat(pose.axis));
-                // |d + s a| = radius; an axis along the blade leads out of nothing, there the way is straight from the blade.
+                // |d + s a| = radius. An axis along the blade leads out of nothing: there the way is straight
+                // from the blade.
                 let (direction, a) = if a.norm() > 0.2 {
                     (pose.axis, a)
                 } else {

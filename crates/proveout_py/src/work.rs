@@ -1,8 +1,9 @@
 //! Long tasks in a thread of their own, apart from the interpreter.
 //!
 //! ```text
-//! thread of the caller   look for signals, tell progress, sleep 0.1 s ... ──────────────┐
-//! thread of the work     reads, runs, writes; asks at every batch whether it should end ─┴─► result, or the exception that broke it off
+//! thread of the caller   look for signals, tell progress, sleep 0.1 s ... ─────┐
+//! thread of the work     reads, runs, writes; asks at every batch whether it  ─┴─► result, or the exception
+//!                        should end                                                that broke it off
 //! ```
 //!
 //! The interpreter is free for other threads except while progress is reported. A task that is broken off

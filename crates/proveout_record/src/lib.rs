@@ -6,38 +6,46 @@
 //!
 //! # Data in and out
 //!
-//! In: [`Setup`], [`Batch`], [`Outcome`] of `proveout_sim`; mm, radian, second. Out, in the run folder:
+//! In: [`Setup`], [`Batch`], [`Outcome`] of `proveout_sim`; mm, radian, second. Out, in the run folder, each
+//! file with its observer, content, frame and units:
 //!
-//! | observer | file | content, frame, units |
-//! |---|---|---|
-//! | [`JsonObserver`] | `verdict.json` | the verdict as it is |
-//! | [`ProgramObserver`] | `NAME.mpf` | the text that runs, where a re-scheduled program was made |
-//! | [`write_run_json`] | `run.json` | [`RunInfo`]: times, memory, versions, host |
-//! | [`TableObserver`] | `signals.parquet`, `blocks.parquet` | a row a control sample, a row a block; tip and axis in W; the unit ends each column's name and is its field metadata |
-//! | | `surface.parquet` | exact surface points in W, mm, with normal, deviation, scallop, making piece, patch; nodes of the roughness maps with their heights |
-//! | [`StockObserver`] | `stock.dexel`, `stock-patch-NAME.dexel` | the stock that is left and its patches, bit for bit, as raw stock of the next setup; W, mm |
-//! | [`GltfObserver`] | `part.glb`, `deviation.glb` | extracted surface; vertices in W, mm; the root node turns to meter, Y up |
-//! | [`ClearanceObserver`] | `clearance.parquet` | spans of time that prove the least clearance of every pair of bodies |
-//! | [`MapFilesObserver`] | `maps/NAME.png`, `.sdf`, `.x3p` | roughness maps that are cut at all nodes: picture with color bar, and files of ISO 25178-71 and -72 |
-//! | | `roughness.glb` | roughness maps colored by height, where the scene asks for them |
-//! | [`ReportObserver`] | `report.html` | one page without any load from elsewhere |
-//! | | `inspection.csv`, `inspection.qif` | the measured features, where the scene has some; QIF 3.0 |
-//! | [`SetupSheetObserver`] | `setup.html` | zero point, clamping, tools, stops, with pictures, to be printed |
-//! | [`compare::write_comparison`] | `compare.json`, `compare.html` | several programs side by side, one page |
-//! | [`write_job`] | `job.json`, `job.html` | the setups of a job, one page |
-//! | [`merge_sweep`] | `sweep.parquet`, `.csv`, `.json`, `.html` | a row a job of a sweep, one page |
-//! | [`write_section_svg`], [`write_section_csv`] | as named | a section of a stock, in the plane and in W, mm |
-//! | [`machine_png`] | as named | a machine at home with its axes and bodies |
-//! | [`write_height_map_png`] | as named | a height map with color bar, units, direction of the lay |
-//! | [`RerunObserver`] | `recording.rrd` | machine, tool, stock, signals, findings on the timeline `sim_time` |
+//! - `verdict.json` ([`JsonObserver`]): the verdict as it is
+//! - `NAME.mpf` ([`ProgramObserver`]): the text that runs, where a re-scheduled program was made
+//! - `run.json` ([`write_run_json`]): [`RunInfo`]: times, memory, versions, host
+//! - `signals.parquet`, `blocks.parquet` ([`TableObserver`]): a row a control sample, a row a block; tip and
+//!   axis in W; the unit ends each column's name and is its field metadata
+//! - `surface.parquet` ([`TableObserver`]): exact surface points in W, mm, with normal, deviation, scallop,
+//!   making piece, patch; nodes of the roughness maps with their heights
+//! - `stock.dexel`, `stock-patch-NAME.dexel` ([`StockObserver`]): the stock that is left and its patches, bit
+//!   for bit, as raw stock of the next setup; W, mm
+//! - `part.glb`, `deviation.glb` ([`GltfObserver`]): extracted surface; vertices in W, mm; the root node
+//!   turns to meter, Y up
+//! - `clearance.parquet` ([`ClearanceObserver`]): spans of time that prove the least clearance of every pair
+//!   of bodies
+//! - `maps/NAME.png`, `.sdf`, `.x3p` ([`MapFilesObserver`]): roughness maps that are cut at all nodes:
+//!   picture with color bar, and files of ISO 25178-71 and -72
+//! - `roughness.glb` ([`MapFilesObserver`]): roughness maps colored by height, where the scene asks for them
+//! - `report.html` ([`ReportObserver`]): one page without any load from elsewhere
+//! - `inspection.csv`, `inspection.qif` ([`ReportObserver`]): the measured features, where the scene has
+//!   some; QIF 3.0
+//! - `setup.html` ([`SetupSheetObserver`]): zero point, clamping, tools, stops, with pictures, to be printed
+//! - `compare.json`, `compare.html` ([`compare::write_comparison`]): several programs side by side, one page
+//! - `job.json`, `job.html` ([`write_job`]): the setups of a job, one page
+//! - `sweep.parquet`, `.csv`, `.json`, `.html` ([`merge_sweep`]): a row a job of a sweep, one page
+//! - a file as named ([`write_section_svg`], [`write_section_csv`]): a section of a stock, in the plane and
+//!   in W, mm
+//! - a file as named ([`machine_png`]): a machine at home with its axes and bodies
+//! - a file as named ([`write_height_map_png`]): a height map with color bar, units, direction of the lay
+//! - `recording.rrd` ([`RerunObserver`]): machine, tool, stock, signals, findings on the timeline `sim_time`
 //!
-//! [`observers`] gives all of them. `verdict.json`, the tables, the glTF files and the page are functions of the run
-//! alone: same run, same bytes. `run.json` and the recording (which carries random ids) are not.
+//! [`observers`] gives all of them. `verdict.json`, the tables, the glTF files and the page are functions of
+//! the run alone: same run, same bytes. `run.json` and the recording (which carries random ids) are not.
 //!
 //! # Methods
 //!
 //! * Colors of deviations: [`DeviationMap`], straight in `OKLab` (Ottosson 2020).
-//! * Reduction of large meshes: vertex clustering (Rossignac and Borrel 1993) with quadric placement (Lindstrom 2000).
+//! * Reduction of large meshes: vertex clustering (Rossignac and Borrel 1993) with quadric placement
+//!   (Lindstrom 2000).
 //! * The page: findings by cause, the part in three dimensions whose vertices know the line that cut them,
 //!   the path by block; bytes compressed, scripts in the page.
 //! * Plots of the page: smallest and largest value of equal stretches of time, which double as the run grows.
@@ -45,8 +53,10 @@
 //!
 //! # Known limits
 //!
-//! * Pictures are reduced: 2 million triangles in glTF, 400 000 in the recording, 200 000 on the page; each says so.
-//! * The stock of the recording is coarser than the stock itself and is shown at up to 64 times and at tool changes.
+//! * Pictures are reduced: 2 million triangles in glTF, 400 000 in the recording, 200 000 on the page; each
+//!   says so.
+//! * The stock of the recording is coarser than the stock itself and is shown at up to 64 times and at tool
+//!   changes.
 //! * Roughness maps are thinned for glTF, recording and page; all nodes are in `surface.parquet`.
 //!
 //! [`Setup`]: proveout_sim::observer::Setup

@@ -1,10 +1,11 @@
 //! `inspection.qif`: the measured features as results of the Quality Information Framework (QIF 3.0,
 //! ANSI/DMSC and ISO 23952:2020), for programs that read measuring records.
 //!
-//! | feature of the scene | characteristic | feature |
-//! |---|---|---|
-//! | touch | linear coordinate along X, Y or Z, with its tolerance to both sides | point with its nominal and its measured place, workpiece frame, mm |
-//! | thickness | thickness, with its tolerance to both sides | none |
+//! Each feature of a scene becomes a characteristic and a feature of the document:
+//!
+//! - **touch**: a linear coordinate along X, Y or Z, with its tolerance to both sides; a point with its
+//!   nominal and its measured place, workpiece frame, mm
+//! - **thickness**: a thickness, with its tolerance to both sides; no feature
 //!
 //! *What was checked.* Names, order and attributes of the elements of the document, below `Results` and of
 //! the base types of characteristics, against `QIFDocument.xsd`, `QIFResults.xsd` and `Characteristics.xsd`

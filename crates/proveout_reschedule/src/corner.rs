@@ -2,12 +2,17 @@
 //!
 //! ```text
 //!                      joint (S2, theta2 + eps)
-//!                  .---*---.               Corner P1 P2 P3 with slope angles alpha, gamma; beta = (alpha + gamma) / 2 is the
-//!              .-'   P2     '-.            tangent at the joint above or below the corner. Each piece has its two inner
-//!           B_i0    / \      B_j3          control points at one place (B_i1 on the first segment, B_j1 on the second), so
-//!            /     /   \       \           curvature vanishes at both ends and the joint: G2 with the straight segments.
+//!                  .---*---.
+//!              .-'   P2     '-.
+//!           B_i0    / \      B_j3
+//!            /     /   \       \
 //!          P1                   P3
 //! ```
+//!
+//! The corner P1 P2 P3 has the slope angles alpha and gamma; beta = (alpha + gamma) / 2 is the tangent at the
+//! joint above or below the corner. Each piece has its two inner control points at one place (`B_i1` on the
+//! first segment, `B_j1` on the second), so curvature vanishes at both ends and the joint: G2 with the
+//! straight segments.
 //!
 //! Li et al. 2022, equations (6) to (13), corrected as in the specification (errata ST-1 to ST-5). The
 //! vertical distance of a piece from the polyline is `eps t^3`, so |eps| is the largest one. Bisector and

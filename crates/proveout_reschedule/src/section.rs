@@ -1,13 +1,15 @@
-//! Ball centers of a cutting run in the plane across the table axis: arc length, chord angles, altered points, layers.
+//! Ball centers of a cutting run in the plane across the table axis: arc length, chord angles, altered
+//! points, layers.
 //!
 //! ```text
-//!        f_i  outgoing chord                    The positive sense of angles is the one in which the path turns on the
-//!   Q_i o------> o Q_{i+1}                      whole (a closed convex section turns by +360 degrees a layer). The basis
-//!      /  g_i    incoming chord                 (u, v) of the plane is chosen so that this sense is from u to v.
-//!     o Q_{i-1}
+//!        f_i  outgoing chord           The positive sense of angles is the one in which the path turns
+//!   Q_i o------> o Q_{i+1}             on the whole (a closed convex section turns by +360 degrees a
+//!      /  g_i    incoming chord        layer). The basis (u, v) of the plane is chosen so that this
+//!     o Q_{i-1}                        sense is from u to v.
 //! ```
 //!
-//! Li et al. 2022 (doi:10.3390/machines10100953), section 3.1 of the specification; equation (1) for the ball centers.
+//! Li et al. 2022 (doi:10.3390/machines10100953), section 3.1 of the specification; equation (1) for the ball
+//! centers.
 
 use std::{
     collections::BTreeMap,

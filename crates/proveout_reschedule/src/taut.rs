@@ -1,12 +1,17 @@
 //! Shortest path through a row of vertical gates (funnel algorithm).
 //!
 //! ```text
-//!   hi  |      |         |           The funnel: from the apex the upper chain is the shortest way to the top of the newest
-//!       |  U--*|----*    |           gate (convex: slopes rise), the lower chain the one to its bottom (concave: slopes
-//!   apex*<     |     gap |           fall). A new top takes points off the upper chain while it lies below them; when it
-//!       |  L--*|----*    |           lies below the lower chain's first edge, the path must bend there: that point becomes
-//!   lo  |      |         |           the apex. Bottoms are treated alike.
+//!   hi  |      |         |
+//!       |  U--*|----*    |
+//!   apex*<     |     gap |
+//!       |  L--*|----*    |
+//!   lo  |      |         |
 //! ```
+//!
+//! The funnel: from the apex the upper chain U is the shortest way to the top of the newest gate (convex:
+//! slopes rise), the lower chain L the one to its bottom (concave: slopes fall). A new top takes points off
+//! the upper chain while it lies below them; when it lies below the lower chain's first edge, the path must
+//! bend there: that point becomes the apex. Bottoms are treated alike.
 //!
 //! Every point enters and leaves a chain once: linear time. D. T. Lee and F. P. Preparata (1984),
 //! Euclidean shortest paths in the presence of rectilinear barriers, Networks 14; for gates at

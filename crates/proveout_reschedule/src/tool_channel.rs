@@ -1,4 +1,5 @@
-//! The channel that the tool itself leaves: at which angles about the table axis it is free, proved for whole blocks.
+//! The channel that the tool itself leaves: at which angles about the table axis it is free, proved for whole
+//! blocks.
 //!
 //! [`super::FeasibleRegion::free_turns`] returns the free intervals of the angle at a ball center
 //! *and* at all centers within a distance of it. Taken at the middle of a block with half its
@@ -7,9 +8,9 @@
 //!
 //! ```text
 //!   angle |   I_1   |   I_2    |        gate at a block's end: the part of I_k and I_(k+1) that both have
-//!         | +-----+ | +------+ |        of each block the interval that holds the program's own axis; where that is not free, the one
-//!         | |     |=|=|      | |        that has most in common with the gate before
-//!         | +-----+ | +------+ |
+//!         | +-----+ | +------+ |        of each block the interval that holds the program's own axis;
+//!         | |     |=|=|      | |        where that is not free, the one that has most in common with the
+//!         | +-----+ | +------+ |        gate before
 //! ```
 //!
 //! Long blocks are checked in parts of [`PART_MM`], so that the distance does not cost much of the

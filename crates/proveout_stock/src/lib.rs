@@ -60,18 +60,19 @@
 //! on a ray over the whole motion is the union over time of an interval each, and its ends lie where normal
 //! times velocity is zero or at the ends of the motion. These kernels find them:
 //!
-//! | kernel | for | method |
-//! |---|---|---|
-//! | `ray_ball`, `lane_ball` | the ball of a ball end, any motion | closed form; one ray, or several at once |
-//! | `lane_body`, `lane_search` | every body, several rays at once | Newton's method on the envelope, then a proof for each ray |
-//! | `ray_translate` | every body on a straight line | cutting planes in (t, s): the set is convex |
-//! | `ray_turn` | every body while its axis turns | supporting half spaces with a bound of second order, halving of time |
+//! - `ray_ball`, `lane_ball`: the ball of a ball end, any motion; closed form, one ray, or several at once
+//! - `lane_body`, `lane_search`: every body, several rays at once; Newton's method on the envelope, then a
+//!   proof for each ray
+//! - `ray_translate`: every body on a straight line; cutting planes in (t, s): the set is convex
+//! - `ray_turn`: every body while its axis turns; supporting half spaces with a bound of second order,
+//!   halving of time
 //!
 //! The kernels for several rays come first; a ray whose proof fails has a second chance with more samples and
 //! in parts of the motion, and then goes to the searches for one ray, which always end. Which instructions
 //! the processor has is found at run time (`lanes`), and makes no difference to any bit of the result.
 //!
-//! The volume that a ball end takes is that of its ball and that of the cylinder or cone above, swept one by one.
+//! The volume that a ball end takes is that of its ball and that of the cylinder or cone above, swept one by
+//! one.
 //!
 //! # Error
 //!

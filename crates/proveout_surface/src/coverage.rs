@@ -11,11 +11,17 @@
 //! the design only:
 //!
 //! ```text
-//!      p                          1. A ball of radius 0.71 cell inside of the design that touches its surface near p holds a
-//!     _._______                      point of each set of rays (no point of the plane is farther from the next ray than
-//!    ( | ) o   o  rays               sqrt(2) / 2 of a cell), and the line from p to it lies in the ball.
-//!     '-'      o                  2. Else points of the rays round p are tried one by one: beside p, half a cell in, and in the plane of the surface.
+//!      p
+//!     _._______
+//!    ( | ) o   o  rays
+//!     '-'      o
 //! ```
+//!
+//! 1. A ball of radius 0.71 cell inside of the design that touches its surface near p holds a point of each
+//!    set of rays (no point of the plane is farther from the next ray than sqrt(2) / 2 of a cell), and the
+//!    line from p to it lies in the ball.
+//! 2. Otherwise points of the rays round p are tried one by one: beside p, half a cell in, and in the plane
+//!    of the surface.
 //!
 //! Because of the line, a pin does not count as seen when rays only run through the floor below it. What is
 //! seen is compared on that ray (see `gaps`).

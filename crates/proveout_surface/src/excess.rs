@@ -5,10 +5,11 @@
 //! cleared?
 //!
 //! ```text
-//!      p = q + (t + e) n             q: sample of the design's surface with its normal n; t: height that is allowed
-//!      |                             p lies in the raw stock, p is higher than t above the design, and no piece of motion
-//!      q                             ever came to p: material is left there.
-//!   ===+===== design                 It is exact: nothing is searched between rays.
+//!       p = q + (t + e) n          q: sample of the design's surface with its normal n
+//!       |                          t: height that is allowed
+//!       q                          p lies in the raw stock, p is higher than t above the design, and no
+//!    ===+===== design              piece of motion ever came to p: material is left there. It is exact:
+//!                                  nothing is searched between rays.
 //! ```
 //!
 //! Samples lie a cell apart, at least one on every face. In a concave edge of the design most material is

@@ -5,14 +5,15 @@
 //! place is its distance from the surface of the design, as on the rays (`gaps`): a place p of a swept piece
 //! S that lies deeper than t in the design D is a gouge.
 //!
-//! **Moved out.** In a box B, let a shift d of length |d| <= t move S so that no face of the design crosses it:
+//! **Moved out.** In a box B, let a shift d of length |d| <= t move S so that no face of the design crosses
+//! it:
 //!
 //! ```text
-//!        S     .-------.                 p in S and B. If p + d lies outside of D, the straight way from p to p + d
-//!              |   S   |                 leaves D, so that p is no deeper than |d| <= t.
+//!        S     .-------.             p in S and B. If p + d lies outside of D, the straight way from p to
+//!              |   S   |             p + d leaves D, so that p is no deeper than |d| <= t.
 //!     --.......|.......|......  -t
-//!       |  D   '-------'      |          S is convex, and so is the box: S and B, moved, lies as a whole inside or outside
-//!       |                     |          of D when no face crosses it. One point tells which.
+//!       |  D   '-------'             S is convex, and so is the box: S and B, moved, lies as a whole
+//!       |                            inside or outside of D when no face crosses it. One point tells which.
 //! ```
 //!
 //! S lies in the half space `n . x >= least(n)` for any n. Moved by `d = t n` it keeps clear of every face in

@@ -4,8 +4,8 @@
 //! rounding apart, the stock keeps a sheet there, as high as the cut was deep:
 //!
 //! ```text
-//!      |  first pass  ||  second pass  |        each face lies within e of the true one, so that a sheet thinner than 2 e
-//!      |              ||               |        may as well not be there
+//!      |  first pass  ||  second pass  |     Each face lies within e of the true one, so that a sheet
+//!      |              ||               |     thinner than 2 e may as well not be there.
 //!      |______________||_______________|
 //!      =============== design ===========
 //! ```

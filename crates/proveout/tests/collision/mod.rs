@@ -351,11 +351,11 @@ fn upright_blade(shop: &Shop) {
 /// straight line along Y through x = 30, z = 107 of the table:
 ///
 /// ```text
-///            .------.     | |  holder            the edge stands at x cos b - z sin b of the machine, so that
-///    shroud  |      |     | |
-///            '------*<gap>| |                    gap = X - (30 cos b - 107 sin b) - 10
+///            .------.     | |  holder         The edge stands at x cos b - z sin b of the machine, at the
+///    shroud  |      |     | |                 height 30 sin b + 107 cos b. That is 6 mm over the lower
+///            '------*<gap>| |                 face of the holder. So
 ///             blade       |_|
-///              | |         |  shank              at the height 30 sin b + 107 cos b, 6 mm over the lower face of the holder
+///              | |         |  shank             gap = X - (30 cos b - 107 sin b) - 10
 /// ```
 #[test]
 fn a_tilted_holder_between_platform_and_shroud_is_measured_to_hundredths() {

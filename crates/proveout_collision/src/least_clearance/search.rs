@@ -29,9 +29,11 @@
 //! Over the whole stretch then
 //!
 //! ```text
-//!    distance >= D - T - slack                        D - T is within the tolerance below the least distance measured: done
-//!                                                     else both halves of the stretch, the one with the smaller bound first
+//!    distance >= D - T - slack
 //! ```
+//!
+//! The stretch is done when D - T is within the tolerance below the least distance measured. Otherwise it is
+//! halved, and the half with the smaller bound comes first.
 //!
 //! Every stretch that is done is a part of the certificate: its time, the box, D and T. Since the stretch
 //! with the smallest bound comes first, what is opened has a bound below the true least distance less the

@@ -5,13 +5,13 @@
 //! distance r from Q and the angle a between X - Q and the axis:
 //!
 //! ```text
-//!        V                 hi(r): too near at no larger angle          lo(r): nor at a smaller one (0 where the tool
-//!     +--|--+              in(r): too near at all angles within        is met on its axis: everywhere but past its top)
-//!     |  |  |   X
-//!     +-+|+-+  /           a fixed place forbids the axes of a cap, or of a ring, about the direction
-//!       ||| a /            in which it is seen from Q
-//!       |||  / r
-//!       (Q)-'
+//!         V                 hi(r): too near at no larger angle
+//!      +--|--+              lo(r): too near at no smaller angle; 0 where the tool is met on its axis:
+//!      |  |  |   X                 everywhere but past its top
+//!      +-+|+-+  /           in(r): too near at all angles within
+//!        ||| a /
+//!        |||  / r           A fixed place forbids the axes of a cap, or of a ring, about the direction
+//!        (Q)-'              in which it is seen from Q.
 //! ```
 //!
 //! Both bounds are taken over bins of r, each a fifth of a percent wide at most. With w the half width of a

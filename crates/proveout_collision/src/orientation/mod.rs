@@ -1,12 +1,13 @@
 //! Which tool axes are free at a contact: the feasible region (C-space) of the tool orientation, with proof.
 //!
-//! At a contact with outward normal N and feed direction T the axis has a tilt t from N and a yaw y about N from T:
+//! At a contact with outward normal N and feed direction T the axis has a tilt t from N and a yaw y about N
+//! from T:
 //!
 //! ```text
 //!        N
 //!        |   V         V = T sin t cos y + K sin t sin y + N cos t,    K = N x T
-//!        | t/          t >= 0, y in -pi .. pi: every axis once. Signed tilts would count each axis twice, as (t, y) and
-//!        | /           (-t, y + pi).
+//!         | t/          t >= 0, y in -pi .. pi: every axis once. Signed tilts would count each axis
+//!         | /           twice, as (t, y) and (-t, y + pi).
 //!        |/
 //!  ------p------ T     the part lies below
 //! ```
@@ -26,15 +27,15 @@
 //! more than
 //!
 //! ```text
-//!   |V' - V| L + m |e' - e|        (a rotation by a moves a point by at most 2 sin(a/2) L = |V' - V| L)          (1)
+//!   |V' - V| L + m |e' - e|                                                                          (1)
 //! ```
 //!
 //! and by the rotation about Q, of an angle of at most |t' - t| + |y' - y|, no point of distance l from Q by
-//! more than that angle times l. V and e are both unit vectors given by (polar angle, yaw), polar angles t
-//! and t + 90 degrees, and the largest
-//! |V' - V| over a cell from its center is that of a corner: for a given tilt it grows with |y' - y|, and for a given yaw
-//! difference up to 90 degrees V . V' is A cos(t' - f) with f in 0 .. 180 degrees, whose least value over an
-//! interval of tilts is at one of its ends.
+//! more than that angle times l. In (1) a rotation by a moves a point by at most `2 sin(a/2) L = |V' - V| L`.
+//! V and e are both unit vectors given by (polar angle, yaw), polar angles t and t + 90 degrees, and the
+//! largest |V' - V| over a cell from its center is that of a corner: for a given tilt it grows with |y' - y|,
+//! and for a given yaw difference up to 90 degrees V . V' is A cos(t' - f) with f in 0 .. 180 degrees, whose
+//! least value over an interval of tilts is at one of its ends.
 //!
 //! *Near the contact* (1) would never end: the cutter touches there in every pose. A bull-nose is a
 //! disk (the core) widened by r; Q lies on the core in every pose and all of the core above the
@@ -45,7 +46,7 @@
 //! from P to X, and (X - Q) - (P - Q) is along g, hence
 //!
 //! ```text
-//!   |df| <= |w| |P - Q| <= |w| dist(X, ray from Q against N)                                                    (2)
+//!   |df| <= |w| |P - Q| <= |w| dist(X, ray from Q against N)                                         (2)
 //! ```
 //!
 //! which is 0 at the contact. A ball does not change with the axis at all and is compared with the
@@ -72,7 +73,7 @@
 //! frames. A piece at the distance l from Q then moves against the tool by at most
 //!
 //! ```text
-//!   |Q' - Q| + |R' - R| l       (R' - R: 2 sin of half the angle of the rotation between the frames)             (3)
+//!   |Q' - Q| + |R' - R| l     (R' - R: 2 sin of half the angle of the rotation between the frames)   (3)
 //! ```
 //!
 //! [`OrientationWalk`] proves the cells of one contact with (3) added for a neighborhood: what is

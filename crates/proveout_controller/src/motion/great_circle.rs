@@ -4,11 +4,12 @@
 //! tip. The joints follow it by continuation (`follow.rs`): they stay on their branch, however far
 //! the first rotary joint swings near a pole. Only in a pole is there a choice:
 //!
-//! ```text
-//!   begin in a pole       the first rotary joint turns, tip and axis at rest, to where either branch leaves the pole
-//!   way through a pole    the other branch goes on without a turn (the tilt changes its sign), or the same one after half a turn
-//!   end in a pole         none: the joint stays as it comes, unless the program names its position; then it turns there
-//! ```
+//! - **Begin in a pole**: the first rotary joint turns, with tip and axis at rest, to where either branch
+//!   leaves the pole.
+//! - **Way through a pole**: the other branch goes on without a turn (the tilt changes its sign), or the same
+//!   branch goes on after half a turn.
+//! - **End in a pole**: there is no choice; the joint stays as it comes. Where the program names its
+//!   position, it turns there.
 //!
 //! Of the choices that end in the programmed position of the joints, the first one is taken whose
 //! rotary joints stay within travel, then whose linear joints do, then the one that turns least. If

@@ -11,8 +11,8 @@
 //!          | |                  \|         turned by 180 and by 170 degrees: the point is reached
 //!          v |                   v
 //!
-//!        a \   / b           turned by less: rounded within the tolerance; at 170 degrees a rounded corner is passed at cos(85)
-//!           \_/              of the feed, at 135 degrees at cos(67.5)
+//!        a \   / b           turned by less: rounded within the tolerance; a rounded corner is passed
+//!           \_/              at cos(85) of the feed at 170 degrees, at cos(67.5) at 135 degrees
 //! ```
 //!
 //! The tangent is that of the tip relative to the workpiece: with tool center point control the

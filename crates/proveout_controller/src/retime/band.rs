@@ -2,9 +2,11 @@
 //! Cholesky factorization (L D L'), from both ends at once.
 //!
 //! ```text
-//!   0 1 2 .. --->  t | m m m |  <--- .. n-2 n-1        each elimination waits for the one before it, but not for that at the other
-//!                                                      end; three unknowns are left where both meet
+//!   0 1 2 .. --->  t | m m m |  <--- .. n-2 n-1
 //! ```
+//!
+//! Each elimination waits for the one before it, but not for that at the other end. Three unknowns are left
+//! where both meet.
 
 /// Unknowns that are left in the middle: as many as one elimination reaches.
 const MIDDLE: usize = 3;

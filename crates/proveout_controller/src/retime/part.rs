@@ -2,8 +2,10 @@
 //! solver needs of them.
 //!
 //! ```text
-//!   lane        0     1     2    ..   7        a bundle: eight intervals with as many nodes, wherever they lie
-//!   slot 0     k=3   k=4   k=9  ..   k=20      their first nodes, each coefficient side by side; rows that any of them is near to
+//!   lane        0     1     2    ..   7        a bundle: eight intervals with as many nodes,
+//!                                              wherever they lie
+//!   slot 0     k=3   k=4   k=9  ..   k=20      their first nodes, each coefficient side by side;
+//!                                              rows that any of them is near to
 //!   slot 1     ..                              their second nodes
 //! ```
 //!

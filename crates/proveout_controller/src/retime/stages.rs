@@ -3,9 +3,10 @@
 //!
 //! ```text
 //!   gap 0.9 --> 0.03     rows of every joint that reaches a part of the highest load
-//!      0.03 --> 0.001    rows that the tempo comes near to, some nodes by some nodes; points where a row passes its limit between two nodes
-//!                        twice: points where that is still so, and a search of the intervals around them alone,
-//!                        of more around them where that does not succeed
+//!      0.03 --> 0.001    rows that the tempo comes near to, some nodes by some nodes;
+//!                        points where a row passes its limit between two nodes
+//!                        twice: points where that is still so, and a search of the intervals around
+//!                        them alone, of more around them where that does not succeed
 //! ```
 //!
 //! A row that is left out is checked again after each stage, and all of them on the result.

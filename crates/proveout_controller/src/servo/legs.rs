@@ -1,10 +1,11 @@
 //! What the drives of a machine move: its joints, and instead of heave and tilt of a platform its legs.
 //!
 //! ```text
-//!   set points of the joints ──► lengths of the legs ──► a drive each ──► actual lengths ──► actual heave and tilt
-//!          q, q.                  L(q), J q.                               L, L.             by the assembly nearest to the last,
-//!                                                                                            J^-1 L.
+//!   set points of joints ──► lengths of legs ──► a drive each ──► actual lengths ──► actual heave and tilt
+//!          q, q.               L(q), J q.                            L, L.             J^-1 L.
 //! ```
+//!
+//! The actual heave and tilt are those of the assembly nearest to the last one.
 //!
 //! A *drive place* is the index of a joint. Those of a platform's joints hold leg 1 (place of the
 //! heave joint) and legs 2 and 3 (place of the tilt joint), which move alike and have the same

@@ -13,7 +13,8 @@
 //!
 //!   phi    = k (Kv e + alpha r. - x1.) + i + beta r..           i. = k/Tn (Kv e + alpha r. - x1.)
 //!   mu1 x1.. = phi - s                                          s  = k2 (x1 - x2 - o) + d2 (x1. - x2.)
-//!   mu2 x2.. = s - b x2. + f + w                                o  = +g/2 or -g/2: the flank that touches; s = 0 between
+//!   mu2 x2.. = s - b x2. + f + w                                o  = +g/2 or -g/2: the flank that touches
+//!                                                               s  = 0 between the flanks
 //! ```
 //!
 //! A stiff drive has x1 = x2 and one equation for M; its lost motion is a play operator after the

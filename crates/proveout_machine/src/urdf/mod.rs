@@ -6,8 +6,11 @@
 //! axes, or how fast they accelerate:
 //!
 //! ```text
-//!   root ── ... ── base ──┬─ joints of the table ── table link        M: frame of the root, all joints at zero, in mm
-//!                         └─ joints of the tool ─── tool link         base: the last link that both ways have in common
+//!   root ── ... ── base ──┬─ joints of the table ── table link
+//!                         └─ joints of the tool ─── tool link
+//!
+//!   M     frame of the root, all joints at zero, in mm
+//!   base  the last link that both ways have in common
 //! ```
 //!
 //! The caller names the two links. The axes lie between them. Each is given by its line in M with all

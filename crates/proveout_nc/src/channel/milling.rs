@@ -3,7 +3,8 @@
 //! ```text
 //!   come_over   - - - o              above the entry at rapid rate
 //!   plunge            v              vertically, on a helix, to and fro
-//!   rough       (((   )))            rings from the inside out, one overlap apart; then up, back over the entry, the next depth
+//!   rough       (((   )))            rings from the inside out, one overlap apart; then up, back over
+//!                                    the entry, the next depth
 //!   wall, floor (         )          with their allowances, on arcs onto the wall and off it
 //! ```
 //!

@@ -1,8 +1,9 @@
 //! The channel: what every reader does in the same way, whatever language it reads.
 //!
 //! ```text
-//!   text ─► Language::step ─► words of a block ─► Channel: technology, motion, holes ─► queue ─► Language::hand_out ─► commands
-//!              grammar            meanings           emitted once, for all languages
+//!   text ─► Language::step ─► words of a block ─► Channel ─► queue ─► Language::hand_out ─► commands
+//!              grammar            meanings           technology, motion, holes:
+//!                                                    emitted once, for all languages
 //! ```
 //!
 //! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands

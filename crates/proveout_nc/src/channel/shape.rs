@@ -1,10 +1,10 @@
 //! Shapes of pockets, slots and studs, and the paths of the tool center along them, in the plane of a cycle.
 //!
 //! ```text
-//!     .-----------------.    a shape is given by its finished wall, about the origin; a ring at the inset d runs d inside
-//!    /  .-----------.    \   of it (d below zero: outside), counter-clockwise from its start
-//!   |  |    ring     o start
-//!    \  '-----------'    /   spine: what is left of the ring where the inset is half of the width
+//!     .-----------------.           A shape is given by its finished wall, about the origin. A ring at the
+//!    /  .-----------.    \          inset d runs d inside of it (d below zero: outside), counter-clockwise
+//!   |  |    ring     o start        from its start. The spine is what is left of the ring where the inset
+//!    \  '-----------'    /          is half of the width.
 //!     '-----------------'
 //! ```
 

@@ -2,8 +2,8 @@
 //!
 //! ```text
 //!   CYCLE83(RTP, RFP, SDIS, ..)    Position 1, 2, 3 ..  ─┐
-//!   CYCL DEF 205 Q200=2 ..         Q 200 ..              ├─► CycleSpec + what the program gives = Values ─► the builder of its language
-//!   G83 Z-5. R2. Q1.               Letter                ─┘
+//!   CYCL DEF 205 Q200=2 ..         Q 200 ..              ├─► CycleSpec + what the program gives
+//!   G83 Z-5. R2. Q1.               Letter                ─┘   = Values ─► the builder of its language
 //! ```
 //!
 //! A [`CycleSpec`] holds the name of a cycle and its [`Parameter`]s: where each is written, what it

@@ -19,30 +19,34 @@ use text::JsonText;
 /// angles in degrees, whatever the unit of the program; numbers are rounded to 1e-9, which is far below what
 /// any control resolves.
 ///
-/// | op | keys |
-/// |---|---|
-/// | `rapid` `linear` `arc` | `end`, `end_base`: `{"X": mm, .., "A": degrees, .., "axis": [i, j, k]}`; `machine_coordinates`, `exact_stop` where true; in feed `feed_mm_min`, `feed_mm_rev` or `inverse_time_min` (the F of G93, 1/min) |
-/// | `arc` | also `plane` (`XY`, `ZX`, `YZ`, null for a circle in space), `center`, `normal`, `center_base`, `normal_base`, `turns` (sweep over a full turn), `radius` |
-/// | `spline` | as motions; also `control`, `control_base`: the two inner points of a cubic Bezier curve |
-/// | `probe` | as motions; also `away`, `must_switch` |
-/// | `thread` | as motions; also `pitch_mm`, and `direction` where the cycle sets it |
-/// | `retract` | `distance_mm`, null for the end of the traverse; `rapid` |
-/// | `cutter_comp` | `side`: `off`, `left`, `right`; `offset`, `radius_mm`, null where not known |
-/// | `override` | `enabled`, `feed_percent` |
-/// | `dwell` | `seconds` or `revolutions` |
-/// | `feed_mode` | `mode`: `mm_min`, `mm_rev`, `inverse_time`; written when the mode changes |
-/// | `feed` | the feed as in motions |
-/// | `spindle` | `direction`: `off`, `cw`, `ccw`; `speed_rpm` |
-/// | `tool` | `action`: `select`, `change`; `number`, `name`, or neither for an empty spindle |
-/// | `plane` | `plane` |
-/// | `offset` | `edge`, or `word` of the work offset, or `delta_length_mm`, `delta_radius_mm`, `delta_corner_radius_mm` |
-/// | `frame` | `word`, `rotation` (3 rows), `translation`, `rotary_deg` of A, B, C |
-/// | `tcp` | `on`, `interpolation`: `axes`, `great_circle` |
-/// | `path_mode` | `mode`: `exact_stop`, `continuous`; `tolerance_mm`, `orientation_tolerance_deg` |
-/// | `coolant` | `flood`, `mist` |
-/// | `message` `note` | `text` |
-/// | `stop` | `optional` |
-/// | `end` | |
+/// Each op with its keys:
+///
+/// - `rapid` `linear` `arc`: `end`, `end_base`: `{"X": mm, .., "A": degrees, .., "axis": [i, j, k]}`;
+///   `machine_coordinates`, `exact_stop` where true; in feed `feed_mm_min`, `feed_mm_rev` or
+///   `inverse_time_min` (the F of G93, 1/min)
+/// - `arc`: also `plane` (`XY`, `ZX`, `YZ`, null for a circle in space), `center`, `normal`, `center_base`,
+///   `normal_base`, `turns` (sweep over a full turn), `radius`
+/// - `spline`: as motions; also `control`, `control_base`: the two inner points of a cubic Bezier curve
+/// - `probe`: as motions; also `away`, `must_switch`
+/// - `thread`: as motions; also `pitch_mm`, and `direction` where the cycle sets it
+/// - `retract`: `distance_mm`, null for the end of the traverse; `rapid`
+/// - `cutter_comp`: `side`: `off`, `left`, `right`; `offset`, `radius_mm`, null where not known
+/// - `override`: `enabled`, `feed_percent`
+/// - `dwell`: `seconds` or `revolutions`
+/// - `feed_mode`: `mode`: `mm_min`, `mm_rev`, `inverse_time`; written when the mode changes
+/// - `feed`: the feed as in motions
+/// - `spindle`: `direction`: `off`, `cw`, `ccw`; `speed_rpm`
+/// - `tool`: `action`: `select`, `change`; `number`, `name`, or neither for an empty spindle
+/// - `plane`: `plane`
+/// - `offset`: `edge`, or `word` of the work offset, or `delta_length_mm`, `delta_radius_mm`,
+///   `delta_corner_radius_mm`
+/// - `frame`: `word`, `rotation` (3 rows), `translation`, `rotary_deg` of A, B, C
+/// - `tcp`: `on`, `interpolation`: `axes`, `great_circle`
+/// - `path_mode`: `mode`: `exact_stop`, `continuous`; `tolerance_mm`, `orientation_tolerance_deg`
+/// - `coolant`: `flood`, `mist`
+/// - `message` `note`: `text`
+/// - `stop`: `optional`
+/// - `end`: no key
 #[derive(Clone, Debug, Default)]
 pub struct JsonWriter {
     /// The lines of the command that is written.

@@ -4,7 +4,8 @@
 //! /machine                      frame M, mm, right-handed, Z up
 //!   /base/<body>                bodies of the bed
 //!   /axis_<joint>               pose over time; the bodies that hang on the joint below it
-//!   /tool                       pose of the tip frame T over time; cutting, neck, shank, holder as of each tool change
+//!   /tool                       pose of the tip frame T over time; cutting, neck, shank, holder as of
+//!                               each tool change
 //!   /table                      pose of the table frame K over time
 //!     /fixtures/<name>
 //!     /loose/<n>                a part that came off the stock, from then on; pose over time
@@ -12,7 +13,8 @@
 //!       /stock/<i_j_k>          tiles of the stock, logged again when they change
 //!       /stock/patch_<name>/<i_j_k>  the same of a patch, in its window instead of the stock
 //!       /part                   design part
-//!       /path/{feed,rapid}/<n>  path of the tip, growing with time, in feed colored by the feed reached over the programmed one
+//!       /path/{feed,rapid}/<n>  path of the tip, growing with time, in feed colored by the feed
+//!                               reached over the programmed one
 //!       /findings               places of the findings
 //!       /surface                cut part at the end, colored by deviation
 //! /axes/<joint>/{position,velocity,acceleration,jerk,following_error}   mm or degrees, seconds
@@ -25,12 +27,15 @@
 //! ```text
 //! /schedule                     also on the timeline `path_um`: way of the tool over all runs, micrometers
 //!   /text                       what is shown, times, bound, what is left to gain, numbers of the method
-//!   /sphere/{original,new}      tool axes as ways on the unit sphere of frame W; `..._now` at the time of the viewer
-//!   /joints/<joint>/position/{lowest,highest,original,new}       ends of the channel, where there is one; mm or degrees
-//!   /joints/<joint>/in_channel/{lowest,highest,original,new}     the same less the middle of the channel
-//!   /joints/<joint>/{velocity,acceleration}/{original,new}       at the programmed feed, differences over blocks
+//!   /sphere/{original,new}      tool axes as ways on the unit sphere of frame W; `..._now` at the time
+//!                               of the viewer
+//!   /joints/<joint>/position/{lowest,highest,original,new}     ends of the channel, where there is one;
+//!                                                              mm or degrees
+//!   /joints/<joint>/in_channel/{lowest,highest,original,new}   the same less the middle of the channel
+//!   /joints/<joint>/{velocity,acceleration}/{original,new}     at the programmed feed, differences over
+//!                                                              blocks
 //!   /method/<quantity>/<curve>  what the method shows along the path
-//! /machine/table/work/schedule/{original,new}                    tool axes as arrows, at most 160 each
+//! /machine/table/work/schedule/{original,new}                  tool axes as arrows, at most 160 each
 //! ```
 //!
 //! Everything lies on the timeline `sim_time`. Thinning: poses at most 50 a second, signals as smallest and

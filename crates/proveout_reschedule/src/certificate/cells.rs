@@ -18,13 +18,13 @@
 //! the next station
 //!
 //! ```text
-//!   cost = max(what the feed proves between both stations, smallest way of each joint between the cells / its velocity)
+//!   cost = max(what the feed proves between both stations,
+//!              smallest way of each joint between the cells / its velocity)
 //! ```
 //!
-//! is less than any schedule takes that is in both. With v = 0 at the first station and
-//! `v' <= v + cost` on every edge, v is a lower bound of the time to be in a cell, and the least v of the last
-//! station is one of the time of all schedules: the dual of the shortest path, which a reader can
-//! check edge by edge.
+//! is less than any schedule takes that is in both. With v = 0 at the first station and `v' <= v + cost` on
+//! every edge, v is a lower bound of the time to be in a cell, and the least v of the last station is one of
+//! the time of all schedules: the dual of the shortest path, which a reader can check edge by edge.
 //!
 //! *What the cells lose.* Between two stations each joint has the way of one cell for nothing: few
 //! stations and small cells lose little, while many stations see more of the caps. Both are tried.

@@ -5,7 +5,8 @@
 //! derivatives: with nodes `t_i .. t_i+m`
 //!
 //! ```text
-//!   D_i q = m! sum_k q_i+k / prod_(l != k) (t_i+k - t_i+l)  =  integral of q^(m) B_i,    B_i >= 0, integral of B_i = 1      (Peano kernel)
+//!   D_i q = m! sum_k q_i+k / prod_(l != k) (t_i+k - t_i+l)
+//!         = integral of q^(m) B_i,    B_i >= 0, integral of B_i = 1      (Peano kernel)
 //! ```
 //!
 //! so that *every* motion with `|q^(m)| <= z` has `|D_i q| <= z`, whatever it does between the gates. The
@@ -16,12 +17,16 @@
 //! *Dual.* For any weights w with `sum |w_i| <= 1` and any pushes p
 //!
 //! ```text
-//!   z  >=  sum w_i D_i q  >=  sum w_i D_i q + sum p_i (q_i+1 - q_i) - P  =  c . q - P      P = sum of p_i b_i where p_i > 0, p_i a_i where not
-//!      >=  C - P                                                                           C = sum of c_g low_g where c_g > 0, c_g high_g where not
+//!   z  >=  sum w_i D_i q
+//!      >=  sum w_i D_i q + sum p_i (q_i+1 - q_i) - P  =  c . q - P
+//!      >=  C - P
+//!
+//!   P = sum of p_i b_i where p_i > 0, p_i a_i where not
+//!   C = sum of c_g low_g where c_g > 0, c_g high_g where not
 //! ```
 //!
-//! Nothing has to be believed of a solver: whatever w and p it gives, the last line is a bound. That is what
-//! is written out, and what `cargo xtask verify-schedule` counts again.
+//! Nothing has to be believed of a solver: whatever w and p it gives, C - P is a bound. That is what is
+//! written out, and what `cargo xtask verify-schedule` counts again.
 //!
 //! Solved by the interior-point method of `smooth/corridor_program.rs`, in time that grows with the blocks.
 

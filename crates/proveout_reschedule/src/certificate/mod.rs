@@ -10,9 +10,11 @@
 //!
 //! ```text
 //!   feed      the sum of `least`
-//!   travel    from below `high` of a gate to above `low` of a later one (or down): the distance over the velocity limit
-//!   swings    above one gate, below a later one, above the next ...: between two of them the joint turns back beyond the first and
-//!             beyond the second, and the times from turn to turn add (`swing.rs`)
+//!   travel    from below `high` of a gate to above `low` of a later one (or down): the distance over
+//!             the velocity limit
+//!   swings    above one gate, below a later one, above the next ...: between two of them the joint
+//!             turns back beyond the first and beyond the second, and the times from turn to turn add
+//!             (`swing.rs`)
 //! ```
 //!
 //! *Feed and velocity, exactly.* The least of `sum max(least_i, |dq_i| / V)` over all positions in the gates

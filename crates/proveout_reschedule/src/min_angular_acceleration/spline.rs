@@ -1,9 +1,11 @@
-//! The least of the paper's sum over a whole row with key axes that are given: a discrete cubic spline on the sphere.
+//! The least of the paper's sum over a whole row with given key axes: a discrete cubic spline on the sphere.
 //!
 //! ```text
-//!   r_i = log(V_i -> V_(i+1)) / L_i + log(V_i -> V_(i-1)) / L_(i-1)        the change of the turn for a mm of way at block i, across V_i
-//!   minimize  sum |r_i|^2                                                  (28), with the turn as a vector
+//!   r_i = log(V_i -> V_(i+1)) / L_i + log(V_i -> V_(i-1)) / L_(i-1)
+//!   minimize  sum |r_i|^2                                              (28), with the turn as a vector
 //! ```
+//!
+//! `r_i` is the change of the turn for a mm of way at block i, across `V_i`.
 //!
 //! On one great circle with even turning all r are zero; between two keys that is the law of the paper, whose
 //! sum has a jump at each key. The least of the whole sum spreads it over the row. By steps of Gauss and

@@ -2,7 +2,9 @@
 //! the length only.
 //!
 //! ```text
-//!   minimize   1/2 w sum (third difference of x)^2  +  c z        low_r <= a_r x <= high_r      |a_p x| <= z   (peak rows)
+//!   minimize   1/2 w sum (third difference of x)^2  +  c z
+//!
+//!   with       low_r <= a_r x <= high_r      |a_p x| <= z   (peak rows)
 //! ```
 //!
 //! Every row `a_r` has up to four weights at unknowns that follow each other, so that the normal equations

@@ -1,7 +1,9 @@
 //! The angle over time with the least peak of acceleration inside of gates: a cubic spline with even knots.
 //!
 //! ```text
-//!   q(t) = sum c_j B((t - t_0)/tau - j + 3),   q' between the (c_{j+1} - c_j)/tau,   q'' at knots (c_{j+1} - 2 c_j + c_{j-1})/tau^2
+//!   q(t) = sum c_j B((t - t_0)/tau - j + 3)
+//!   q'     between the (c_{j+1} - c_j)/tau
+//!   q''    at knots (c_{j+1} - 2 c_j + c_{j-1})/tau^2
 //! ```
 //!
 //! q'' is straight between knots, so that its peak over all times is that at a knot; q' is a convex

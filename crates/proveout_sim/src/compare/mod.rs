@@ -1,9 +1,12 @@
 //! All programs of a scene on the same twin, side by side.
 //!
 //! ```text
-//! Comparing::read ──► vary ──► take, run::run, add (baseline first, then each program) ──► finish ──► Compared
-//!   scene, texts      motion     whole prove-outs: stock, bodies, cut part                            compare.json, pictures
-//!   nothing written   of all programs, nominal and with one parameter changed; no stock
+//! Comparing::read ──► vary ──► take, run::run, add ──► finish ──► Compared
+//!
+//! read                  scene, texts; nothing written
+//! vary                  motion of all programs, nominal and with one parameter changed; no stock
+//! take, run::run, add   whole prove-outs: stock, bodies, cut part; baseline first, then each program
+//! Compared              compare.json, pictures
 //! ```
 //!
 //! The gain of a program is a difference of two times on the same twin; its error comes from running the

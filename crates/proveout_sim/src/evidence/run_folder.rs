@@ -3,8 +3,10 @@
 //! ```text
 //!   .NAME.partial-PID    what is being written; that of a process that is gone is removed by the next run
 //!   NAME                 a complete run with its manifest
-//!   .NAME.journal        what its sweeps did: a run that was stopped goes on with it, one that is complete removes it
-//!   .NAME.old            the run before, while the new one takes its place; left by a kill, it is taken back by the next run
+//!   .NAME.journal        what its sweeps did: a run that was stopped goes on with it, one that is
+//!                        complete removes it
+//!   .NAME.old            the run before, while the new one takes its place; left by a kill, it is
+//!                        taken back by the next run
 //! ```
 //!
 //! Only files that the manifest of the older run names are replaced. Whatever else lies in its

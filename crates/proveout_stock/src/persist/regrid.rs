@@ -8,13 +8,15 @@
 //! the old rays did; between them the normals give a bound of the error:
 //!
 //! ```text
-//!            v            Two crossings p, q of a cell with their tangents, which meet at v under the angle t. An arc that
-//!          .' '.          turns only from one tangent to the other stays in the triangle, so no point of the triangle is
-//!        .' ___ '.        farther from the arc than its height h <= |pq| / 2 tan(t / 2).
-//!      .-'       '-.
-//!     p_____________q     The vertex of the mesh lies off its tangent planes by r. A facet is off the crossing it was made
-//!                         for by d. Bound of the facet: largest h + r of its vertices, and d.
+//!            v            Two crossings p, q of a cell with their tangents, which meet at v under the
+//!          .' '.          angle t. An arc that turns only from one tangent to the other stays in the
+//!        .' ___ '.        triangle, so no point of the triangle is farther from the arc than its
+//!      .-'       '-.      height h <= |pq| / 2 tan(t / 2).
+//!     p_____________q
 //! ```
+//!
+//! The vertex of the mesh lies off its tangent planes by r. A facet is off the crossing it was made for by d.
+//! Bound of the facet: largest h + r of its vertices, and d.
 //!
 //! Where normals in one cell turn by more than 30 degrees the surface has an edge, or a rounding as
 //! small as the cells: the rays cannot distinguish them. There the same height counts, but

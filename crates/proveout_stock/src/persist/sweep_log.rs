@@ -2,9 +2,11 @@
 //! again.
 //!
 //! ```text
-//!   recorded   stock before --sweep--> stock after, reports        bytes = what of the stock is another now, and the reports
+//!   recorded   stock before --sweep--> stock after, reports
 //!   replayed   stock before --bytes--> stock after, reports        bit for bit, memory included
 //! ```
+//!
+//! The bytes are the changes of the stock, and the reports.
 //!
 //! A tile that was cut is recorded with all of its intervals: motion that cuts a tile mostly
 //! changes most of its rays. What a sweep leaves in a stock besides its intervals (the item that

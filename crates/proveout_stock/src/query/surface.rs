@@ -6,9 +6,9 @@
 //!
 //! ```text
 //!      o-----x--*     o without, * with material, x crossings
-//!      |     '. |     One vertex for each connected sheet of surface in a dual cell, where the tangent planes of its
-//!      x--__  v x     crossings meet (v): edges and corners stay sharp. One quadrilateral for each crossed edge, joining
-//!      |    ''--|     the vertices of the four cells round it.
+//!      |     '. |     One vertex for each connected sheet of surface in a dual cell, where the tangent
+//!      x--__  v x     planes of its crossings meet (v): edges and corners stay sharp. One quadrilateral
+//!      |    ''--|     for each crossed edge, joining the vertices of the four cells round it.
 //!      *--------*
 //! ```
 //!

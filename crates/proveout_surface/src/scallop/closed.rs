@@ -1,15 +1,18 @@
 //! Ridges between two equal passes of a ball end, in closed form.
 //!
 //! ```text
-//!         centers of the ball          the triangle of one center, the axis of the cylinder and the ridge has the
-//!           o--------.--------o        sides rho + R, rho + h and R; its angle at the axis is a, and the contacts
-//!            \   R  /|                 lie rho sin a to either side of the ridge:
-//!             \    / | h
-//!    rho + R   \  /__|______           R^2 = (rho + R)^2 + (rho + h)^2 - 2 (rho + R) (rho + h) cos a,   L = 2 rho sin a
-//!               \ |  |
-//!                \a  | rho             Ma et al. 2020, equation (7), is this solved for h; on a concave cylinder rho < 0
-//!                 \  |                 stands for their third form, and rho to infinity for (6).
+//!         centers of the ball          the triangle of one center, the axis of the cylinder and the
+//!           o--------.--------o        ridge has the sides rho + R, rho + h and R; its angle at the
+//!            \   R  /|                 axis is a, and the contacts lie rho sin a to either side of the
+//!             \    / | h               ridge:
+//!    rho + R   \  /__|______             R^2 = (rho + R)^2 + (rho + h)^2 - 2 (rho + R) (rho + h) cos a
+//!               \ |  |                   L   = 2 rho sin a
+//!                \a  | rho
+//!                 \  |
 //! ```
+//!
+//! Ma et al. 2020, equation (7), is this solved for h. On a concave cylinder rho < 0 stands for their third
+//! form, and rho to infinity for (6).
 
 /// A ridge of this height (mm) lies between two passes of a ball with these contacts.
 ///

@@ -2,9 +2,9 @@
 //!
 //! ```text
 //!      ray i        ray i+1
-//!        |     X      |            A, B: exact points of the cut surface, made by pieces p and q that the stock remembers
-//!        A . /   \ .  |            X:    top of the ridge, between the rays
-//!      .     |     .  B
+//!        |     X      |            A, B: exact points of the cut surface, made by pieces p and q that
+//!        A . /   \ .  |                  the stock remembers
+//!      .     |     .  B            X:    top of the ridge, between the rays
 //!            |        | .          height over the line s:   h_p(s) = h_q(s)
 //!     -------+--------+----- design
 //!            s

@@ -3,8 +3,10 @@
 //! Two questions about a moving convex body, both answered from its closed form:
 //!
 //! ```text
-//!   distance(p):  least over time of the signed distance of p to the cutter        p inside of the swept piece: below 0
-//!   least(n):     least of n . x over all x of the swept piece                     {x: n . x >= least(n)} holds it
+//!   distance(p):  least over time of the signed distance of p to the cutter
+//!                 p inside of the swept piece: below 0
+//!   least(n):     least of n . x over all x of the swept piece
+//!                 {x: n . x >= least(n)} holds it
 //! ```
 //!
 //! **Distance.** The signed distance to a convex body is a convex function of the point. While the axis

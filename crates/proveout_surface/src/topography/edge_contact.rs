@@ -8,7 +8,8 @@
 //! bounds it from below:
 //!
 //! ```text
-//!   d(h, t) >= d0 + d_h (h - h0) + d_t (t - t0) - K (t - t0)^2 / 2,     K = w^2 |q| + 2 w v   (turning piece, rate w, speed v)
+//!   d(h, t) >= d0 + d_h (h - h0) + d_t (t - t0) - K (t - t0)^2 / 2
+//!   K       =  w^2 |q| + 2 w v   (turning piece, rate w, speed v)
 //! ```
 //!
 //! (in the turning housing the fixed point q accelerates by K at most, and d is 1-Lipschitz). With `d_h` <=

@@ -79,10 +79,13 @@ pub enum TeethError {
 /// kappa of an arc (c, h, r) of the outline has
 ///
 /// ```text
-///   radius   c + r sin kappa + dr                  bull nose: c = R - r, h = r; ball: c = 0, h = r = R
-///   height   h - r cos kappa + da                  round insert: c half of the nose circle, kappa from -90 to 90 degrees
+///   radius   c + r sin kappa + dr
+///   height   h - r cos kappa + da
 ///   azimuth  2 pi k / z + (h - r cos kappa) tan(beta) / R  (+- rake about the axis)
 /// ```
+///
+/// Bull nose: c = R - r, h = r. Ball: c = 0, h = r = R. Round insert: c is half of the nose circle, kappa
+/// goes from -90 to 90 degrees.
 ///
 /// A rake turns in the sense in which the tool cuts: clockwise seen from the holder for M3, against it for a
 /// left-handed tool. Straight parts of the outline (flank, face, cone) are no edges here; heights are right

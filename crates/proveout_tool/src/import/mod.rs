@@ -5,7 +5,7 @@
 //! | Fusion 360 library | JSON with a list `data` | each tool and each holder has its own |
 //! | CAMotics project or tool table | JSON with a table `tools` | of the tool, else of the project |
 //! | LinuxCNC tool table | ending `.tbl` | that of the machine: the call states it |
-//! | offsets as a program (G10 L10, L12), as Haas and Fanuc controls write them | `G10` in the text | G20 or G21 in it, else the call states it |
+//! | Haas or Fanuc offset program (G10 L10, L12) | `G10` in the text | G20 or G21, else the call states it |
 //! | CSV | ending `.csv` | in the name of each column |
 //!
 //! Nothing is filled in here: what a file does not give is missing in the draft. What a file gives and a

@@ -1,7 +1,8 @@
 //! Datum, mirror, rotation, scale: the transforms from work to base coordinates.
 //!
 //! ```text
-//! base = preset (247) * transforms before tilting * tilted plane * transforms in the plane [* PLANE RELATIVE * ...] * work
+//! base = preset (247) * transforms before tilting * tilted plane * transforms in the plane
+//!        [* PLANE RELATIVE * ...] * work
 //! ```
 //!
 //! HEIDENHAIN, *TNC 620 User's Manual 2022*, "Reference systems": the workpiece system W-CS is

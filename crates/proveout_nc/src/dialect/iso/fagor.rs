@@ -6,10 +6,11 @@
 //!   G3 Q180          an arc about it              G88 circular      X Y Z I J   B C D H L V
 //!   G6 G2 X Y I J    absolute center
 //!
-//!    Z  - - - - -   reference plane               J, K: from the center to the edge, along the first and the second axis
-//!       |  D                                      B: infeed (above zero: equal ones, not above it); C: way between two rings
-//!       '--------   surface                       L: allowance of the wall, finished in the feed H
-//!    I  _________   depth                         V: feed of the plunge, half of F without it
+//!    Z  - - - - -   reference plane     J, K: from the center to the edge, along the first and second axis
+//!       |  D                            B: infeed (above zero: equal ones, not above it)
+//!       '--------   surface             C: way between two rings
+//!    I  _________   depth               L: allowance of the wall, finished in the feed H
+//!                                       V: feed of the plunge, half of F without it
 //! ```
 //!
 //! After Fagor, *CNC 8055 M programming manual* (V02.2x), "Polar coordinates", "G93", "G06" and

@@ -2,9 +2,12 @@
 //! working plane alone.
 //!
 //! ```text
-//!   CYCLE72("PART", ..)            the subprogram PART, else the blocks between the labels E_LAB_A_PART: and E_LAB_E_PART:
-//!   CYCLE72("PIECE:PIECE_E", ..)   the blocks from the label PIECE: to the label PIECE_E:, both lines included
-//!   CYCLE62("PART",1,,)            names a contour for the next cycle; with 2 by the labels of arguments 3 and 4
+//!   CYCLE72("PART", ..)            the subprogram PART, else the blocks between the labels
+//!                                  E_LAB_A_PART: and E_LAB_E_PART:
+//!   CYCLE72("PIECE:PIECE_E", ..)   the blocks from the label PIECE: to the label PIECE_E:,
+//!                                  both lines included
+//!   CYCLE62("PART",1,,)            names a contour for the next cycle; with 2 by the labels
+//!                                  of arguments 3 and 4
 //! ```
 //!
 //! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Programming the contour": the first

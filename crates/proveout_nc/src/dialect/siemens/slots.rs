@@ -3,8 +3,8 @@
 //! ```text
 //!           LENG               STA1: angle of the first one; INDA: step to the next one, 0 is 360 / NUM
 //!         .------.
-//!    c   (        ) WID        c: center CPA, CPO; RAD: from c to the inner end (SLOT2: to the middle line, which AFSL goes along)
-//!    |RAD '------'
+//!    c   (        ) WID        c: center CPA, CPO; RAD: from c to the inner end (SLOT2: to the middle
+//!    |RAD '------'             line, which AFSL goes along)
 //! ```
 //!
 //! Courses after Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Milling cycles". An

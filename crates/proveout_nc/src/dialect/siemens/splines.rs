@@ -1,12 +1,14 @@
 //! Splines and polynomials: BSPLINE, CSPLINE, ASPLINE, POLY.
 //!
 //! ```text
-//!   BSPLINE   points are control points, PW their weights, SD the degree; the curve begins at the tool position
-//!             and ends at the last point, so the end knots repeat degree + 1 times. The intervals between the other
-//!             knots are PL = 1
+//!   BSPLINE   points are control points, PW their weights, SD the degree; the curve begins at the tool
+//!             position and ends at the last point, so the end knots repeat degree + 1 times. The
+//!             intervals between the other knots are PL = 1
 //!   CSPLINE   through all points, continuous in direction and curvature
-//!   ASPLINE   through all points, directions from two neighbors on either side (H. Akima, J. ACM 17, 1970, eq. 1)
-//!   POLY      x(p) = x0 + a1 p + a2 p^2 + .. + a5 p^5, p from 0 to PL; PO[X]=(end, a2, a3, a4, a5); a1 follows from the end
+//!   ASPLINE   through all points, directions from two neighbors on either side
+//!             (H. Akima, J. ACM 17, 1970, eq. 1)
+//!   POLY      x(p) = x0 + a1 p + a2 p^2 + .. + a5 p^5, p from 0 to PL; PO[X]=(end, a2, a3, a4, a5);
+//!             a1 follows from the end
 //! ```
 //!
 //! After Siemens, *NC programming, Job planning*, "Spline interpolation" and "Polynomial

@@ -1,10 +1,11 @@
-//! The way through cells of turn and tilt from one end of a row to the other: dynamic programming over stations.
+//! The way through cells of turn and tilt from one end of a row to the other: dynamic programming over
+//! stations.
 //!
 //! ```text
-//!   tilt ^   station k        station k + 1       a state is a cell at a station; between two stations the joints stay in the smallest
-//!        |   +--+--+--+         +--+--+--+        rectangle that holds both cells, and all of its cells are free for all blocks
-//!        |   |  |c |  |  ====>  |  |  |c'|        between the stations
-//!        |   +--+--+--+         +--+--+--+
+//!   tilt ^   station k        station k + 1       A state is a cell at a station. Between two stations
+//!        |   +--+--+--+         +--+--+--+        the joints stay in the smallest rectangle that
+//!        |   |  |c |  |  ====>  |  |  |c'|        holds both cells, and all of its cells are free for
+//!        |   +--+--+--+         +--+--+--+        all blocks between the stations.
 //!        +------------------> turn
 //! ```
 //!

@@ -2,13 +2,14 @@
 //!
 //! A tilt is a circle of axes about the pole, so that everything that limits the axis is a list of intervals
 //! of the turn. A *ring* is the axes of all tilts within half a cell of one; no axis of it is farther than
-//! that from the circle:
+//! that from the circle. Each limit at a ring of half width h:
 //!
-//! | limit | at a ring of half width h |
-//! |---|---|
-//! | lean from the normal, turn from the program's own axis: at most L | the part of the circle within L - h |
-//! | ball end: neck, shank, holder | [`FeasibleRegion::free_turns`] with h as spread, for all ball centers of a part of the stretch: proved |
-//! | bull-nose: gouge, strip, roughness of [`super::super::super::MultiScale`] | measured from cell to cell, at the block in the middle of the stretch |
+//! - **lean from the normal, turn from the program's own axis, at most L**: the part of the circle within L -
+//!   h
+//! - **ball end: neck, shank, holder**: [`FeasibleRegion::free_turns`] with h as spread, for all ball centers
+//!   of a part of the stretch: proved
+//! - **bull-nose: gouge, strip, roughness of [`super::super::super::MultiScale`]**: measured from cell to
+//!   cell, at the block in the middle of the stretch
 //!
 //! For a bull-nose the cells only show where to search; every block of the result is judged by
 //! itself. For cutters that have no ball, the clearance of the bodies above the cutter is checked:

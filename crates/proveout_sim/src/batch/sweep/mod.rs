@@ -2,10 +2,12 @@
 //! machines as there are.
 //!
 //! ```text
-//!   sweep.toml ── plan ──► OUT/plan.json                    digests of all jobs, in order
-//!                          OUT/jobs/00000/job.json          values, inputs with SHA-256, digest of both and of the version
-//!                 run  ──► OUT/jobs/00000/result.json       verdict and figures under the digest of the job; written at once, last
-//!                          OUT/jobs/00000/verdict.json      or run/, the whole run folder
+//!   sweep.toml ── plan ──► OUT/plan.json                  digests of all jobs, in order
+//!                          OUT/jobs/00000/job.json        values, inputs with SHA-256, digest of both
+//!                                                         and of the version
+//!                 run  ──► OUT/jobs/00000/result.json     verdict and figures under the digest of the
+//!                                                         job; written at once, last
+//!                          OUT/jobs/00000/verdict.json    or run/, the whole run folder
 //!                 merge ─► OUT/sweep.parquet, .csv, .html, .json
 //! ```
 //!

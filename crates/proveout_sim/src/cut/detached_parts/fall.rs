@@ -3,12 +3,12 @@
 //! The part starts at rest in its place when the piece of motion ends that cut it off, and is followed twice:
 //! slippery and bouncing, and rough and dead. Only where both come to the same end is it decided.
 //!
-//! | end | means |
-//! |---|---|
-//! | rests | no corner has moved by [`STAYS_MM`] or half a cell, and small pushes along all axes of the table do not move it either |
-//! | lies | it comes to rest elsewhere, both times within [`AGREES_MM`]; what comes near to that place is reported |
-//! | left | it is lower than everything that the table carries |
-//! | not decided | anything else, with the reason |
+//! - **rests**: no corner has moved by [`STAYS_MM`] or half a cell, and small pushes along all axes of the
+//!   table do not move it either
+//! - **lies**: it comes to rest elsewhere, both times within [`AGREES_MM`]; what comes near to that place is
+//!   reported
+//! - **left**: it is lower than everything that the table carries
+//! - **not decided**: anything else, with the reason
 //!
 //! *Rest under pushes.* Loads that contacts with friction can answer form a convex cone. Where the
 //! part stays under gravity and a push of p along each of +-x, +-y and +-z, contacts therefore

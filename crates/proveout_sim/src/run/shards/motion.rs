@@ -2,11 +2,16 @@
 //! neither scene nor machine.
 //!
 //! ```text
-//!   motion.bin   PROVEOUT-MOTION 1\n, 1 where engagement is watched, tools (4), and for each tool four lists of bodies:
-//!                  core, cutting, others, widened holder: bodies (4), of each its segments (4): 0 and 4 reals, 1 and 7 reals
+//!   motion.bin   PROVEOUT-MOTION 1\n, 1 where engagement is watched, tools (4),
+//!                and for each tool four lists of bodies:
+//!                  core, cutting, others, widened holder: bodies (4), of each its segments (4):
+//!                  0 and 4 reals, 1 and 7 reals
 //!                then for each stretch with a tool in the spindle: pieces (4 bytes), and 109 bytes each:
-//!                  0  number of the piece      4  tool        8  first piece of its barred run, 2^32 - 1 for none
-//!                 12  1 where it goes down    13  tip and axis at both ends, twelve reals
+//!                   0  number of the piece
+//!                   4  tool
+//!                   8  first piece of its barred run, 2^32 - 1 for none
+//!                  12  1 where it goes down
+//!                  13  tip and axis at both ends, twelve reals
 //!   jobs/0000k   raw-stock.dexel, raw-patch-0.dexel .. : the material of shard k
 //! ```
 //!

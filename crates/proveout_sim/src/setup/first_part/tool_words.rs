@@ -4,9 +4,10 @@
 //! |---|---|
 //! | Fusion 360, HSMWorks | `T1 D=10. CR=0.5 TAPER=45deg - ZMIN=-5. - flat end mill` |
 //! | Fusion 360 for a TNC | `#5 D=8 TAPER=118deg - ZMIN=-24.4 - drill` |
-//! | `PowerMill`, NX | `TOOL NO: 2`, `TOOL TYPE: BALLNOSED`, `TOOL DIA. 8.0` in comments of their own, one after the other |
+//! | `PowerMill`, NX | `TOOL NO: 2`, `TOOL TYPE: BALLNOSED`, `TOOL DIA. 8.0` in consecutive comments |
 //! | `PowerMill` | `Tool: EM12 Type: Endmill Dia: 12.000 Rad: 0.0`, before the call of the tool |
-//! | Mastercam | `T1 \| 1/2 FLAT ENDMILL \| H1 \| D1 \| TOOL DIA. - .5`, `1/2 BALL ENDMILL TOOL - 3 DIA. OFF. - 3 LEN. - 3 DIA. - .5` |
+//! | Mastercam | `T1 \| 1/2 FLAT ENDMILL \| H1 \| D1 \| TOOL DIA. - .5` |
+//! | Mastercam | `1/2 BALL ENDMILL TOOL - 3 DIA. OFF. - 3 LEN. - 3 DIA. - .5` |
 //! | SolidCAM and others | `T5 - END MILL D12 R1`, `TOOL 5: BALL DIA 8.0` |
 //! | name of a tool | `END_D12`, `BALL_D8`, `BULL_D10_R1` |
 //! | Klartext | `TOOL DEF 5 L+80 R+5` |

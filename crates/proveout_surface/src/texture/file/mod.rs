@@ -1,10 +1,12 @@
 //! Files of measured and simulated texture.
 //!
-//! | format | standard | read | written |
-//! |---|---|---|---|
-//! | SMD | ISO 5436-2:2012, softgauge (type F1) | profiles at equal steps | – |
-//! | SDF | ISO 25178-71:2017, text and binary, `ISO-1.0` and `ISO-2.0`; the text of the softgauges of NPL (`aNPL-V1.0`) | profiles and maps | `ISO-1.0`, both |
-//! | X3P | ISO 25178-72:2017 with its amendment of 2020 | profiles and maps at equal steps, all data types, both checksums | doubles |
+//! Each format with its standard, what is read and what is written:
+//!
+//! - **SMD**, ISO 5436-2:2012, softgauge (type F1): profiles at equal steps are read; not written
+//! - **SDF**, ISO 25178-71:2017, text and binary, `ISO-1.0` and `ISO-2.0`, and the text of the softgauges of
+//!   NPL (`aNPL-V1.0`): profiles and maps are read; `ISO-1.0` is written, text and binary
+//! - **X3P**, ISO 25178-72:2017 with its amendment of 2020: profiles and maps at equal steps are read, all
+//!   data types, both checksums; doubles are written
 //!
 //! Lengths in the files are meters or carry their unit; in here they are mm. What a file says is taken at its
 //! word and checked: counts, steps, checksums, heights that are missing. Evaluations want complete lattices,

@@ -1,11 +1,13 @@
 //! SDF, the surface data file of ISO 25178-71:2017.
 //!
 //! ```text
-//!   aISO-1.0                      text                bISO-1.0  manufacturer 10  dates 12 + 12    binary, little end first
-//!   ManufacID   = Proveout        header              points u16  profiles u16 (u32 in ISO-2.0)
-//!   NumPoints   = 801                                 x, y, z scale f64   z resolution f64
-//!   Xscale      = 5e-06   (m)                         compression u8   data type u8   check type u8
-//!   *                                                 heights
+//!   text                                       binary, little end first
+//!
+//!   aISO-1.0                                   bISO-1.0  manufacturer 10  dates 12 + 12
+//!   ManufacID   = Proveout        header       points u16  profiles u16 (u32 in ISO-2.0)
+//!   NumPoints   = 801                          x, y, z scale f64   z resolution f64
+//!   Xscale      = 5e-06   (m)                  compression u8   data type u8   check type u8
+//!   *                                          heights
 //!   heights, BAD where missing
 //!   *
 //!   trailer *

@@ -7,7 +7,8 @@
 //!
 //! ```
 //! use proveout_surface::texture::{Asked, Profile, ProfileReport};
-//! # let heights: Vec<f64> = (0..=11_200).map(|i| 0.001 * (f64::from(i) * 0.0005 / 0.25 * std::f64::consts::TAU).sin()).collect();
+//! # let wave = |i: u16| 0.001 * (f64::from(i) * 0.0005 / 0.25 * std::f64::consts::TAU).sin();
+//! # let heights: Vec<f64> = (0..=11_200).map(wave).collect();
 //! let profile = Profile::new(0.0005, heights)?; // step and heights in mm, over the design
 //! let report = ProfileReport::of(&profile, &Asked { to_lay: Some(90.0), ..Asked::default() });
 //! match &report.filtered {
@@ -22,13 +23,12 @@
 //! Nothing is evaluated outside its standard. Where a rule is broken, `filtered` is none and `unchecked`
 //! names the rule ([`Unchecked::rule`]). Unfiltered values are always there.
 //!
-//! | rule | what happens |
-//! |---|---|
-//! | `pitch-beyond-cutoff` | the marks are farther apart than `lambda_c`, which would take them away: the next class is taken, and said to be; where the data do not carry it, unchecked |
-//! | `too-short` | evaluation length of the class does not fit |
-//! | `spacing-too-coarse` | points farther apart than the class allows |
-//! | `spacing-too-fine` | points so close that the filter would take minutes |
-//! | `cutoff-beyond-patch` | the L-filter of a map is longer than the map |
+//! - **`pitch-beyond-cutoff`**: the marks are farther apart than `lambda_c`, which would take them away: the
+//!   next class is taken, and said to be; where the data do not carry it, unchecked
+//! - **`too-short`**: evaluation length of the class does not fit
+//! - **`spacing-too-coarse`**: points farther apart than the class allows
+//! - **`spacing-too-fine`**: points so close that the filter would take minutes
+//! - **`cutoff-beyond-patch`**: the L-filter of a map is longer than the map
 //!
 //! The pitch is the larger one of what the caller knows ([`Asked::pitch`], such as the step of the program)
 //! and of `RSm` of the filtered profile: a long wave under fine marks is waviness and belongs to the filter,

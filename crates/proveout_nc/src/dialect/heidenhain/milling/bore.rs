@@ -1,9 +1,11 @@
 //! Cycles 208 and 262: bore milling and thread milling, on helices.
 //!
 //! ```text
-//!   208   half circle onto the hole at the set-up clearance, helix of pitch Q334 to the depth, a full circle there, half circle
-//!         back to the middle; a hole wider than the helix can clear is made by several, from the inside out
-//!   262   half circle onto the thread, one turn (Q355=0), all turns (1) or turns in steps of Q355 threads, half circle back
+//!   208   half circle onto the hole at the set-up clearance, helix of pitch Q334 to the depth,
+//!         a full circle there, half circle back to the middle; a hole wider than the helix can
+//!         clear is made by several, from the inside out
+//!   262   half circle onto the thread, one turn (Q355=0), all turns (1) or turns in steps of
+//!         Q355 threads, half circle back
 //! ```
 
 use std::f64::consts::TAU;

@@ -3,9 +3,10 @@
 //! its edge (1), or line by line to the same ends (2, 3).
 //!
 //! ```text
-//!   Q226 + Q219   ------------>      passes side by side, no farther apart than the overlap says, all alike; their middles lie
-//!                 <------------      symmetrically over the width; outside of the surface by the radius and Q357 at their ends
-//!   Q226          ------------>      (strategy 1: inside of it between two passes)
+//!   Q226 + Q219   ------------>      Passes lie side by side, no farther apart than the overlap says, all
+//!                 <------------      alike. Their middles lie symmetrically over the width, their ends
+//!   Q226          ------------>      outside of the surface by the radius and Q357 (strategy 1: inside of
+//!                                    it between two passes).
 //! ```
 
 use crate::Feed;

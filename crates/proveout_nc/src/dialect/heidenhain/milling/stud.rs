@@ -1,9 +1,9 @@
 //! Cycles 256 and 257: studs, from the outside in.
 //!
 //! ```text
-//!        blank                 rings of the tool center, one overlap apart, from the blank to the finished stud; the tool
-//!     .----------.    s        plunges at s, 2 mm clear of the blank, comes onto the ring on a half circle, and leaves
-//!     |  .----.  |  (          the last one on another
+//!        blank                 Rings of the tool center, one overlap apart, run from the blank to the
+//!     .----------.    s        finished stud. The tool plunges at s, 2 mm clear of the blank, comes
+//!     |  .----.  |  (          onto the ring on a half circle, and leaves the last one on another.
 //!     |  |stud|  |   ' start of a ring
 //!     '----------'
 //! ```

@@ -2,8 +2,10 @@
 //!
 //! ```text
 //!   263   countersink at the front (Q358 deep, Q359 off the middle), then one turn of the thread
-//!   264   drilled in infeeds Q202 to Q356, out to the set-up clearance and back to Q258 above the last depth; then one turn
-//!   265   countersink before (Q360=0) or after (1) the thread, which is one helix from the surface down to its depth
+//!   264   drilled in infeeds Q202 to Q356, out to the set-up clearance and back to Q258 above the
+//!         last depth; then one turn
+//!   265   countersink before (Q360=0) or after (1) the thread, which is one helix from the surface
+//!         down to its depth
 //! ```
 //!
 //! After HEIDENHAIN, *TNC 640 Programming of machining cycles* (34059x), "Thread
