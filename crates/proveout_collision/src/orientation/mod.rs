@@ -6,8 +6,8 @@
 //! ```text
 //!        N
 //!        |   V         V = T sin t cos y + K sin t sin y + N cos t,    K = N x T
-//!         | t/          t >= 0, y in -pi .. pi: every axis once. Signed tilts would count each axis
-//!         | /           twice, as (t, y) and (-t, y + pi).
+//!        | t/          t >= 0, y in -pi .. pi: every axis once. Signed tilts would count each axis
+//!        | /           twice, as (t, y) and (-t, y + pi).
 //!        |/
 //!  ------p------ T     the part lies below
 //! ```

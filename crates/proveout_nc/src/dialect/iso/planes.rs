@@ -3,8 +3,8 @@
 //! Each form with its words and its frame:
 //!
 //! - **P0**, `X Y Z I J K`: `T(X Y Z) Rz(I) Rx(J) Rz(K)`, Euler angles
-//! - **P1**, `Q X Y Z I J K`: roll I, pitch J, yaw K about the fixed axes, in the order of Q; Q123 is `Rz(K)
-//!   Ry(J) Rx(I)`
+//! - **P1**, `Q X Y Z I J K`: roll I, pitch J, yaw K about the fixed axes, in the order of Q; Q123 is
+//!   `Rz(K) Ry(J) Rx(I)`
 //! - **P2**, `Q0 X Y Z R`, `Q1 X Y Z`, `Q2 X Y Z`, `Q3 X Y Z`: +x from the first point to the second, the
 //!   third on the side of +y
 //! - **P3**, `Q1 X Y Z I J K`, `Q2 I J K`: +x along the first vector, +z along the second

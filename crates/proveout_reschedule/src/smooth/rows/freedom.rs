@@ -4,8 +4,8 @@
 //! of the turn. A *ring* is the axes of all tilts within half a cell of one; no axis of it is farther than
 //! that from the circle. Each limit at a ring of half width h:
 //!
-//! - **lean from the normal, turn from the program's own axis, at most L**: the part of the circle within L -
-//!   h
+//! - **lean from the normal, turn from the program's own axis, at most L**: the part of the circle within
+//!   L - h
 //! - **ball end: neck, shank, holder**: [`FeasibleRegion::free_turns`] with h as spread, for all ball centers
 //!   of a part of the stretch: proved
 //! - **bull-nose: gouge, strip, roughness of [`super::super::super::MultiScale`]**: measured from cell to
