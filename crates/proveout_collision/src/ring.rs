@@ -9,8 +9,8 @@
 //!    r ^     C              the corners A, B, C of a triangle at (r, z); at any turn it lies below the hull
 //!      |    /|\_            of these and their feet on the axis
 //!      |   / | _\ B
-//!      |  A--'   |          triangles that overlap along z share a hull; a body is cut between them where that
-//!      +--+------+---> z    leaves less: a disk and the hub below it are two
+//!      |  A--'   |          triangles that overlap along z share a hull; a body is cut between them where
+//!      +--+------+---> z    that leaves less: a disk and the hub below it are two
 //! ```
 //!
 //! Against such a hull the turns of the joint do not count at all: a table that has turned a hundred times

@@ -5,7 +5,7 @@
 //! triangle and Z, or a convex body and Z, have the support
 //!
 //! ```text
-//!    h(n) = h_body(n) + sum |g_k n|               dist(body + Z, other) = min over all places of dist(body, other)
+//!    h(n) = h_body(n) + sum |g_k n|         dist(body + Z, other) = min over all places of dist(body, other)
 //! ```
 //!
 //! and are convex: two planes across a direction that GJK finds prove their distance. A slide that
@@ -22,8 +22,8 @@
 //! ```text
 //!                 2 B(1/2) - (B(0) + B(1)) / 2
 //!                    .
-//!                 . ' ' .                 B(t) the pose at t: what leaves the parabola is a third derivative,
-//!              . '   _   ' .              0.024 turn2 way, where the chord has 0.25 turn way
+//!                 . ' ' .                 B(t) the pose at t: what leaves the parabola is a third
+//!              . '   _   ' .              derivative, 0.024 turn2 way, where the chord has 0.25 turn way
 //!           . ' _ -     - _ ' .
 //!        B(0) -             - B(1)
 //! ```

@@ -2,9 +2,9 @@
 //! tolerance at the cutting edges and a wider one at the rest of the tool.
 //!
 //! ```text
-//!        gauge line o----------.          an axis that is off by e moves a point by its way from the tip times e:
-//!                   |           '.  e     edges that end at 15 mm allow 8 times the e of a gauge line at 120 mm
-//!             edges |.
+//!        gauge line o----------.          an axis that is off by e moves a point by its way from the tip
+//!                   |           '.  e     times e: edges that end at 15 mm allow 8 times the e of a gauge
+//!             edges |.                    line at 120 mm
 //!               tip o======o true
 //! ```
 

@@ -7,9 +7,9 @@
 //! ```text
 //!        p           p and q on different sides of the plane a b c, and the line p q
 //!      a |  b        on the same side of the three edges:
-//!       \|_/         sign of the volumes (a b c p), (a b c q) different; (p q a b), (p q b c), (p q c a) equal
-//!        |\
-//!        q c         Both ends must be farther from the plane than [`CLEAR`]: rounding of a file is no crossing.
+//!       \|_/         signs of the volumes (a b c p), (a b c q) differ; (p q a b), (p q b c), (p q c a) agree
+//!        |\          Both ends must be farther from the plane than [`CLEAR`]: rounding of a file is no
+//!        q c         crossing.
 //! ```
 //!
 //! Candidates come from a tree of boxes, halved at the median of the centers.

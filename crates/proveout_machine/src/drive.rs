@@ -3,7 +3,7 @@
 //! ```text
 //!              Kv              Kp, Tn           F max
 //!   set ──►( )──►( )──────►( )───────►( )─────►[ / ]──► motor mass ──┤backlash├──spring, damper── load mass
-//!    │      ▲     ▲ feed    ▲          ▲ feed                 │                                      │ friction
+//!    │      ▲     ▲ feed    ▲          ▲ feed                 │                             friction │
 //!    │      │     │ forward └──────────┼──── motor encoder ◄──┤                                      │
 //!    └──────┼─────┴────────────────────┘                      │ encoder = "motor"                    │
 //!           └─────────────────────────────────────────────────┴───────────── encoder = "load" ◄──────┘

@@ -1,7 +1,7 @@
 //! The machine as one chain of screws from the table to the spindle.
 //!
 //! ```text
-//!   K (table) <- work joints, last first -> M (base) <- tool joints, first first -> S (gauge line) -> T (tip)
+//!   K (table) <- work joints, last first -> M (base) <- tool joints in order -> S (gauge line) -> T (tip)
 //!
 //!   table_from_spindle(q) = Wn^-1 ... W1^-1  T1 ... Tm  S0          all in M at zero
 //! ```

@@ -22,7 +22,7 @@
 //! change with a, hence neither may their place along `e1`: the middle shifts by
 //!
 //! ```text
-//!   c(a) = -(r_b / 2) (1 - cos a)      along e1, the parasitic motion          (Lu, Yang and Zhao 2022, corrected)
+//!   c(a) = -(r_b / 2) (1 - cos a)     along e1, the parasitic motion     (Lu, Yang and Zhao 2022, corrected)
 //!   L1^2 = (1.5 r_b cos a - 0.5 r_b - r_p)^2 + (H + r_b sin a)^2
 //!   L2^2 = L3^2 = (r_b - r_p)^2 + (H - 0.5 r_b sin a)^2
 //! ```

@@ -6,7 +6,7 @@
 //! mean the same point where they can be compared: with all rotary joints at zero. There
 //!
 //! ```text
-//!    tip_in_table = z + X e_x + Y e_y + Z e_z        z: the tip of a tool of zero length with all joints at zero
+//!    tip_in_table = z + X e_x + Y e_y + Z e_z     z: the tip of a tool of zero length, all joints at zero
 //! ```
 //!
 //! and base coordinates with tool center point control are `tip_in_table - z`, fixed to the table from there

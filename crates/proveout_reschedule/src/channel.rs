@@ -10,7 +10,8 @@
 //! smallest one ahead and its entry the largest one passed. The whole rule is therefore
 //!
 //! ```text
-//!   forward(S)  = min of g over all blocks ahead        backward(S) = max of f over all blocks passed, less pi
+//!   forward(S)  = min of g over all blocks ahead
+//!   backward(S) = max of f over all blocks passed, less pi
 //! ```
 //!
 //! It is on the safe side of the exact rule: a straight line from `Q_i` to a point ahead is a sum of the

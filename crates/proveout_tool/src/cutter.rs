@@ -50,11 +50,11 @@ pub(crate) fn within(key: &'static str, value: f64, low: f64, high: f64) -> Resu
 /// The seven parameters of the APT cutter statement (ISO 4343 CLDATA, `CUTTER`).
 ///
 /// ```text
-///        |        / beta          upper line through (D/2, D/2 tan alpha), beta from the axis, outward positive
+///        |        / beta        upper line through (D/2, D/2 tan alpha), beta from axis, outward positive
 ///        |       |
-///    F _ |_ _ _ ( )  R            corner circle about (E, F)
+///    F _ |_ _ _ ( )  R          corner circle about (E, F)
 ///        |   _.-'
-///        |_-'  alpha              lower line through the tip, alpha from the plane across the axis
+///        |_-'  alpha            lower line through the tip, alpha from the plane across the axis
 ///        +----E--D/2--> r
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@
 //! = hi(r - rho .. r + rho) + asin(rho / r)` (`extent.rs`), and those of the circle among them are
 //!
 //! ```text
-//!   c p cos(a - f) + s (b_2 . u) >= cos h          p, f: length and angle of the part of u in the plane of b_0 and b_1
+//!   c p cos(a - f) + s (b_2 . u) >= cos h        p, f: length and angle of u in the plane of b_0 and b_1
 //! ```
 //!
 //! an interval about f. All that is forbidden is the union of these intervals, so that no cells of angles are

@@ -1,11 +1,11 @@
 //! Free axes of a ball end: every place of a solid forbids a cap of axes, or a ring (`extent.rs`).
 //!
 //! ```text
-//!     cell of axes          ball of the tree, seen from the center of the cutter's ball under the direction u
+//!     cell of axes          ball of the tree, seen from the center of the cutter's ball in direction u
 //!       .---.                      .-----.       half the angle under which it is seen: e
 //!      ( d V )         a          (   u e )      free when   a - d > hi(r - rho .. r + rho) + e
 //!       '---' <-------------------->'-----'               or a + d < lo(..) - e
-//!                                                blocked when  lo < a' - d  and  a' + d < hi  of in(|anchor|)
+//!                                                blocked when lo < a' - d and a' + d < hi of in(|anchor|)
 //! ```
 //!
 //! with a (a') the angle between the center of the cell and u (an anchor on the skin) and d the

@@ -4,7 +4,7 @@
 //! forces on both sides of a joint, so that the load is known because it was applied:
 //!
 //! ```text
-//!   slide   +f at a point p of the carried body, -f at the same point of the carrying one (no free moment is left)
+//!   slide   +f at a point p of the carried body, -f at the same point of the carrying one: no free moment
 //!   turn    +t on the carried body, -t on the carrying one
 //! ```
 //!

@@ -4,12 +4,12 @@
 //! for each kink, what a moving average with a parabola of half width `d_i` as weight makes of it:
 //!
 //! ```text
-//!   y(s) = x(s) + sum of m_i d_i e((s - s_i)/d_i)      e(t) = (3 - 8|t| + 6 t^2 - t^4)/16 for |t| < 1, else 0
-//!   y''(s) = sum of m_i k((s - s_i)/d_i)/d_i           k(t) = 3/4 (1 - t^2)
+//!   y(s) = x(s) + sum of m_i d_i e((s - s_i)/d_i)     e(t) = (3 - 8|t| + 6 t^2 - t^4)/16 for |t| < 1, else 0
+//!   y''(s) = sum of m_i k((s - s_i)/d_i)/d_i          k(t) = 3/4 (1 - t^2)
 //!
 //!        x ____/\____        kinks far apart: each is a blend of its own, a polynomial of fourth degree
-//!        y  _.-''''-._       kinks close together: the averages overlap, the curvature of the chords becomes smooth
-//!          |<-d->|
+//!        y  _.-''''-._       kinks close together: the averages overlap, the curvature of the chords
+//!          |<-d->|           becomes smooth
 //! ```
 //!
 //! y has continuous curvature, breaks only at the 2 n places `s_i -+ d_i`, and keeps the parameter of the exact path.

@@ -6,7 +6,7 @@
 //! three derivatives of both ends is the same function for every purpose:
 //!
 //! ```text
-//!   q(s) - p(s) = q^(8) (s - a)^4 (s - b)^4 / 8!        (Hermite's remainder, Stoer and Bulirsch 2002, section 2.1.5)
+//!   q(s) - p(s) = q^(8) (s - a)^4 (s - b)^4 / 8!   (Hermite's remainder, Stoer and Bulirsch 2002, 2.1.5)
 //! ```
 //!
 //! It is highest in the middle. The polynomial is taken where it is as near as [`NEAR`] to the kinematics at

@@ -6,8 +6,8 @@
 //! control looks ahead and back from there:
 //!
 //! ```text
-//!   head of the program | ... | last blocks before, rapids, THE RUN, rapids, first after | ... | end of the program
-//!         kept            left                           kept                              left         kept
+//!   head of program | ... | last blocks before, rapids, THE RUN, rapids, first after | ... | end of program
+//!        kept        left                           kept                              left       kept
 //! ```
 //!
 //! Commands that are not motions are kept everywhere, so that feeds, frames, tools and modes are in

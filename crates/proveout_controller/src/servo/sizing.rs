@@ -6,14 +6,15 @@
 //! a, and the loads of the bodies.
 //!
 //! ```text
-//!                        linear: ball screw and scale              rotary: torque motor or stiff gear, ring encoder
-//!   elastic frequency f  75 Hz (600 kg / m)^(1/4), 40 to 120 Hz    none
-//!   elastic damping      0.08                                      none
-//!   motor at the joint   0.7 m                                     none
-//!   velocity bandwidth   fv = 0.55 f                               fv = 30 Hz
-//!   Kv                   2 pi fv / 5                               the same
-//!   Tn                   3 / (2 pi fv)                             the same
-//!   dry friction         3 percent of the weight m g               15 percent of J a
+//!                        linear: ball screw and scale             rotary: torque motor or stiff gear,
+//!                                                                 ring encoder
+//!   elastic frequency f  75 Hz (600 kg / m)^(1/4), 40 to 120 Hz   none
+//!   elastic damping      0.08                                     none
+//!   motor at the joint   0.7 m                                    none
+//!   velocity bandwidth   fv = 0.55 f                              fv = 30 Hz
+//!   Kv                   2 pi fv / 5                              the same
+//!   Tn                   3 / (2 pi fv)                            the same
+//!   dry friction         3 percent of the weight m g              15 percent of J a
 //!   static friction      1.45 times that, down to the dry one at 150 mm/min, 0.5 degrees/s
 //!   viscous friction     at v three times the dry friction
 //!   highest force        1.5 times (load of the bodies + motor + friction)

@@ -3,9 +3,11 @@
 //! ```text
 //!   planned chunk ──► set points ──► drives and plant, cycle by cycle ──► trail of the actual motion
 //!        │                                                                     │
-//!        └──► blocks, events, spans of motion: wait until the trail has ───────┴──► chunk: samples with actual joints,
-//!             come that far                                                        pieces along the trail, events
+//!        └──► blocks, events, spans of motion: wait until the trail has ───────┴──► chunk
+//!             come that far
 //! ```
+//!
+//! A chunk has samples with actual joints, pieces along the trail, and events.
 //!
 //! The trail ends at the last control sample, so anything later waits for the next chunk; memory
 //! holds one chunk. Set points between samples are the cubic with positions and velocities of both,

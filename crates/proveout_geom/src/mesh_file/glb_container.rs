@@ -1,7 +1,7 @@
 //! The container of a binary glTF file: header and chunks.
 //!
 //! ```text
-//!   "glTF" 2 length | length "JSON" text, blanks | length "BIN\0" bytes, zeros      (Khronos, glTF 2.0, section 4.4)
+//!   "glTF" 2 length | length "JSON" text, blanks | length "BIN\0" bytes, zeros     (Khronos, glTF 2.0, 4.4)
 //! ```
 //!
 //! Words are of 32 bits, little-endian; each chunk ends at a multiple of four bytes.

@@ -5,10 +5,10 @@
 //! it is:
 //!
 //! ```text
-//!   part       a program, subprogram or text outside of the tape      never entered: the part as a whole was not run
-//!   region     a subprogram inside of a part (o sub, LBL)             never entered: the subprogram was not called
-//!   end        after the block that ended the run                     not run, until a line to which a jump can lead
-//!   else                                                              a branch that was not taken
+//!   part       a program, subprogram or text outside of the tape  never entered: the whole part was not run
+//!   region     a subprogram inside of a part (o sub, LBL)         never entered: subprogram not called
+//!   end        after the block that ended the run                 not run, until a possible target of a jump
+//!   else                                                          a branch that was not taken
 //! ```
 //!
 //! A jump can lead to a line with a label that some jump names, and to the line after the closing

@@ -1,8 +1,8 @@
 //! Holes: courses of strokes along one axis.
 //!
 //! ```text
-//!   Rapid     - - -o            every stroke ends where the next one turns back or rests, so that the tool stops at
-//!                  :            its end, at the bottom above all, whatever the path mode is
+//!   Rapid     - - -o            every stroke ends where the next one turns back or rests, so that the tool
+//!                  :            stops at its end, at the bottom above all, whatever the path mode is
 //!   Rapid          v
 //!                  |  Feed
 //!   Wait           v  Wait

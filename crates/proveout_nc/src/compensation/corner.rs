@@ -258,10 +258,10 @@ pub(super) fn join(
 /// and their bends decide what lies between them.
 ///
 /// ```text
-///        first  .              . second          y1 = (s x t) l - k1 l^2 / 2     the first branch, l from the corner
-///                .   tool     .                  y2 =             k2 l^2 / 2     the second, both to the left of t
+///        first  .              . second       y1 = (s x t) l - k1 l^2 / 2    the first branch, l from P
+///                .   tool     .               y2 =             k2 l^2 / 2    the second, both left of t
 ///                 .  inside  .
-///                  ..      ..                    opening y1 - y2 = (s x t) l - (k1 + k2) l^2 / 2
+///                  ..      ..                 opening y1 - y2 = (s x t) l - (k1 + k2) l^2 / 2
 ///                    .    .      ^ t
 ///                     .  .       | l
 ///                      ..        P

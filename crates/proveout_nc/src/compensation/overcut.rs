@@ -141,8 +141,8 @@ type Place1d = (usize, f64);
 /// of its sides:
 ///
 /// ```text
-///              |     ^            Up to the crossing the first blocks, and from it on the last ones, are no wall
-///              |     |            that must remain.
+///              |     ^            Up to the crossing the first blocks, and from it on the last ones, are
+///              |     |            no wall that must remain.
 ///    end - - - X <---+---
 ///              ^
 ///              : start

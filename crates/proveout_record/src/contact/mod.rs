@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   +----------------+ +----------------+
-//!   |  the setup     | |  near the      |   vermilion: the first body named by the finding, blue: the second,
+//!   |  the setup     | |  near the      |   vermilion: the first body named by the finding, blue: the second
 //!   |       + 50 mm  | |  place + 2 mm  |   gray: everything else, as glass where it stands in front
 //!   +----------------+ +----------------+   a cross marks the place of the finding
 //! ```

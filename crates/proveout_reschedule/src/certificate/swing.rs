@@ -10,8 +10,8 @@
 //! min(A, J |t - h|)`. Integration by parts gives
 //!
 //! ```text
-//!   D = - int b(t) (t - h) dt  <=  2 int_0^h x min(A, J x) dx  =  2/3 J h^3               up to h = A/J =: tj
-//!                                                                A h^2 - A tj^2 / 3       above
+//!   D = - int b(t) (t - h) dt  <=  2 int_0^h x min(A, J x) dx  =  2/3 J h^3             up to h = A/J =: tj
+//!                                                                A h^2 - A tj^2 / 3     above
 //! ```
 //!
 //! With the velocity: let w be at t < h, and rising. It stays below V up to h and comes down to b = 0 no

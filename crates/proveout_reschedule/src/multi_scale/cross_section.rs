@@ -3,10 +3,13 @@
 //! ```text
 //!        N
 //!        |    y_-1        y_0 = 0       y_1      contacts of the rows, d apart on the surface
-//!   _____|_____.____________.____________.____   height of the surface over y, in the plane of N and y = N x feed
+//!   _____|_____.____________.____________.____   height of the surface over y, in the plane of N and
+//!                                                y = N x feed
 //!
-//!   Z_i = min_m shadow_m(y_i) - height(y_i)       shadow: the section that a cutter leaves as it moves along the feed
-//!   Ra  = mean |Z_i - line|                       (16), about the least-squares line, over the evaluation length
+//!   Z_i = min_m shadow_m(y_i) - height(y_i)      shadow: the section that a cutter leaves as it moves along
+//!                                                the feed
+//!   Ra  = mean |Z_i - line|                      (16), about the least-squares line, over the evaluation
+//!                                                length
 //! ```
 //!
 //! Each row's cutter leans as the one at the middle does, each from its own normal. Marks of single teeth

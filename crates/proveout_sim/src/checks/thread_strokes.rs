@@ -6,9 +6,9 @@
 //! ```text
 //!        outer     core          axis of the stroke
 //!     ____|__________|______________.______________
-//!         |   ring   |   core hole  .                    r in [core - m, outer + m]: thread
-//!         |  thread  |   of the     .                    anywhere else: gouge (off the axis, deeper than the core
-//!         |__________|   design     .                    hole, wider than the tap)
+//!         |   ring   |   core hole  .             r in [core - m, outer + m]: thread
+//!         |  thread  |   of the     .             anywhere else: gouge (off the axis, deeper than the core
+//!         |__________|   design     .             hole, wider than the tap)
 //!                    |______________.
 //! ```
 //!

@@ -6,7 +6,7 @@
 //! that the raw blade has more than the design, the depth of the cut is
 //!
 //! ```text
-//!   depth = allowance - (|center - nearest point| - radius)        below zero: the ball is outside of the raw blade
+//!   depth = allowance - (|center - nearest point| - radius)    below zero: the ball is outside the raw blade
 //! ```
 //!
 //! at the end of every piece of the motion, weighed with the way of the tip along it. The pieces are those

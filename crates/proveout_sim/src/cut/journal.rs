@@ -8,7 +8,7 @@
 //!
 //! ```text
 //!   a line of text   PROVEOUT-JOURNAL 1
-//!   a line of JSON   what the run was begun with: version, choices of the call, all inputs with their SHA-256
+//!   a line of JSON   what the run was begun with: version, choices of the call, inputs with their SHA-256
 //!   records          length (4 bytes), begin of the SHA-256 of the content (8), content:
 //!                      1   what is known of the run of depths under way (see [`DepthsTold`])
 //!                     16   begin of the SHA-256 of the motion that was swept

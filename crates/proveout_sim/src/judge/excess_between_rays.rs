@@ -1,9 +1,9 @@
 //! Gouges and material left between the rays of the stock, decided on the motion that was kept.
 //!
 //! ```text
-//!   kept motion + cutters ──► swept pieces ──┬─► gouges deeper than allowed      (proveout_surface::overcuts)
+//!   kept motion + cutters ──► swept pieces ──┬─► gouges deeper than allowed     (proveout_surface::overcuts)
 //!   design mesh ─────────────────────────────┤
-//!   raw stock in closed form ────────────────┴─► design never cleared            (proveout_surface::uncut)
+//!   raw stock in closed form ────────────────┴─► design never cleared           (proveout_surface::uncut)
 //! ```
 //!
 //! Places where the rays have found a fault already are left to them. What cannot be decided is left out of

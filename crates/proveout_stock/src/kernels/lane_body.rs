@@ -7,13 +7,13 @@
 //! `ray_turn`:
 //!
 //! ```text
-//!                 .---- F >= f + F_tau dtau + F_s ds - ...   at all other times: the body is nowhere deeper than
-//!      s ^       /      the deficit beyond the end found
+//!                 .---- F >= f + F_tau dtau + F_s ds - ...   at all other times: the body is nowhere deeper
+//!      s ^       /      than the deficit beyond the end found
 //!        |  ...-*-...
 //!        | /    |    \       straight motion: F is convex in both, the linear terms are all
-//!        |/     |     \      turning: (1) of `ray_turn`, or the half space held fixed in space: a point of the body
-//!        +-----tau*----->    leaves the chord of its way by no more than angle^2 reach / 8, so both ends of the motion
-//!                            bound all of it
+//!        |/     |     \      turning: (1) of `ray_turn`, or the half space held fixed in space: a point of
+//!        +-----tau*----->    the body leaves the chord of its way by no more than angle^2 reach / 8, so both
+//!                            ends of the motion bound all of it
 //! ```
 //!
 //! A ray that the body misses is proven by the same inequality: F > 0 at a point, and growing towards all of

@@ -12,19 +12,20 @@
 //! ```text
 //!     n . q_tautau = (w . n)(w . y) - w^2 (n . y) - 2 (w x n) . d  = B
 //!     n . q_taus   = (w x n) . e                                   = C          q_ss = 0
-//!     |q_tautautau| <= w^3 L + 3 w^2 |d|  = 6 D                    |q_tautaus| <= w^2      L: reach of the body
+//!     |q_tautautau| <= w^3 L + 3 w^2 |d|  = 6 D                    |q_tautaus| <= w^2   L: reach of the body
 //! ```
 //!
 //! F is convex with a unit gradient, so with dtau and ds counted from the sample
 //!
 //! ```text
-//!     F(tau, s) >= F0 + F_tau dtau + F_s ds + B dtau^2 / 2 - |C dtau ds| - w^2 dtau^2 |ds| / 2 - D |dtau|^3       (1)
+//!     F(tau, s) >= F0 + F_tau dtau + F_s ds + B dtau^2 / 2 - |C dtau ds|
+//!                  - w^2 dtau^2 |ds| / 2 - D |dtau|^3                        (1)
 //!
-//!     s ^                                  The ends of the range give intervals (bars) and half planes (lines).
-//!       |         .x.                      Above the hull H of the bars only the triangle below x is not proven
-//!     H |- - - -.- - -.- - - -             free. It is no deeper in the body than (1) says at the crossing; too
-//!       |  |  .         '.   |             deep: sample at the time of the crossing, extend H, go on in both parts.
-//!       |  |.             '. |
+//!     s ^                               The ends of the range give intervals (bars) and half planes (lines).
+//!       |         .x.                   Above the hull H of the bars only the triangle below x is not proven
+//!     H |- - - -.- - -.- - - -          free. It is no deeper in the body than (1) says at the crossing; too
+//!       |  |  .         '.   |          deep: sample at the time of the crossing, extend H, go on in both
+//!       |  |.             '. |          parts.
 //!       +--[----------------]---> tau
 //! ```
 //!

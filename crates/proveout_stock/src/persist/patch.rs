@@ -3,9 +3,9 @@
 //! ```text
 //!      +-----------------------------+   stock, coarse cells
 //!      |      . . . . . . .          |
-//!      |      . +-------+ .  grid of the patch: whole tiles of fine cells, counted from the corner of the stock,
-//!      |      . | window| .          |            with at least GUARD cells round the window
-//!      |      . +-------+ .          |
+//!      |      . +-------+ .          |   the dotted box is the grid of the patch: whole tiles of fine cells,
+//!      |      . | window| .          |   counted from the corner of the stock, with at least GUARD cells
+//!      |      . +-------+ .          |   round the window
 //!      |      . . . . . . .          |   the dots are faces that are none: there the patch was cut off
 //!      +-----------------------------+
 //! ```

@@ -5,10 +5,10 @@
 //! so.
 //!
 //! ```text
-//!   z ^   |#|   |#|                 a row of cell centers k in the overlap: the ray along x (y) at this height
-//!     |   |#|---|#|--- k            has one interval over both centers                        -> one part
-//!     |   |#|   |#|    k            has a gap between them, at all k: a slot narrower than a cell -> two parts
-//!     |   |#|                       no center in the overlap: nothing separates them             -> one part
+//!   z ^   |#|   |#|              a row of cell centers k in the overlap: the ray along x (y) at this height
+//!     |   |#|---|#|--- k         has one interval over both centers                        -> one part
+//!     |   |#|   |#|    k         has a gap between them, at all k: a slot narrower than a cell -> two parts
+//!     |   |#|                    no center in the overlap: nothing separates them             -> one part
 //!     +--------------> x
 //! ```
 //!

@@ -6,8 +6,8 @@
 //! of each set. With `V_a` the volume by set a and N that of the cells
 //!
 //! ```text
-//!    volume = V_x + V_y + V_z - 2 N            a slab of thickness t across z, over whole faces of the stock:
-//!                                              V_z = t F   V_x = V_y = N = (cells in t) F      so volume = t F
+//!    volume = V_x + V_y + V_z - 2 N           a slab of thickness t across z, over whole faces of the stock:
+//!                                             V_z = t F   V_x = V_y = N = (cells in t) F    so volume = t F
 //! ```
 //!
 //! Each set brings in the part of a cell between its ends and the next borders of cells; the cells themselves

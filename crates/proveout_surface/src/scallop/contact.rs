@@ -14,7 +14,7 @@
 //! half axes R - r and (R - r) |T X|, grown by r. So, with u = Y sin p - N cos p,
 //!
 //! ```text
-//!   place(p) = place of the farthest point in direction u(p) across the feed,    (y, z) = place(p) - place(0)
+//!   place(p) = place of the farthest point in direction u(p) across the feed,   (y, z) = place(p) - place(0)
 //! ```
 //!
 //! runs along the profile from the contact outward. Its curvature at the contact is k1 k2 / k(X), k1 and k2

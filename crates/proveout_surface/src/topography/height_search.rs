@@ -366,7 +366,8 @@ impl<'a> HeightSearch<'a> {
     /// off its straight path by reach delta^2 / 2:
     ///
     /// ```text
-    ///   h a' >= m (P - T) - (t - t0) m V - reach delta^2 / 2 - delta |P - T'|,    |a' - a| <= |n - n_middle| + delta
+    ///   h a' >= m (P - T) - (t - t0) m V - reach delta^2 / 2 - delta |P - T'|
+    ///   |a' - a| <= |n - n_middle| + delta
     /// ```
     ///
     /// m (P - T) is linear in P and least at a corner of the box of the points. Where the lowest touch lies

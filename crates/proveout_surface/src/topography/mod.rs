@@ -11,7 +11,8 @@
 //!
 //! ```text
 //!   envelope:  d(P + h n, t) = 0,  d/dt = 0       one unknown time a piece (or one of its ends)
-//!   edges:     P + h n on edge k at time t        two equations in (t, h), one solution a revolution, tooth and pass
+//!   edges:     P + h n on edge k at time t        two equations in (t, h), one solution a revolution,
+//!                                                 tooth and pass
 //! ```
 //!
 //! and the lowest height over all pieces, teeth and revolutions is kept. Which pieces can matter is found for

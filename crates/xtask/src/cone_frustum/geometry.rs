@@ -11,7 +11,7 @@
 //!   top face /------\|---- z = 0
 //!           /        \|                 contact line   p(s)   = apex + s d
 //!          /   base   \|                tip            tip(s) = apex + s d + (radius + allowance) n
-//!         /------------\|__             s: distance from the apex to the tool's lower end along the generator
+//!         /------------\|__             s: distance from the apex to the tool's lower end along generator
 //! ```
 //!
 //! The tool cylinder touches the tangent plane of the cone along the whole generator and lies outside of it. A cone is

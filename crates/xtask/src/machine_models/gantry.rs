@@ -1,14 +1,14 @@
 //! Gantry: a beam on two walls or columns, a saddle on its front, a ram in the saddle.
 //!
 //! ```text
-//!   from the front                          from the right (front at the left)
+//!   from the front                     from the right (front at the left)
 //!
-//!        ____|ram|____                          |ram|saddle|beam|
-//!   ____|___saddle___|____   s0 + height        |   |      |    |
-//!  |_______beam___________|  s0                 |___|______|____|___
-//!  |wall|    |ram|    |wall|                     head      |  wall  |
-//!  |    |    head     |    |                      *        |        |   * gauge line, z = 0 with all joints at zero
-//!  |____|_____bed_____|____|  floor             ___________bed______|
+//!        ____|ram|____                     |ram|saddle|beam|
+//!   ____|___saddle___|____   s0 + height   |   |      |    |
+//!  |_______beam___________|  s0            |___|______|____|___
+//!  |wall|    |ram|    |wall|                head      |  wall  |
+//!  |    |    head     |    |                 *        |        |   * gauge line, z = 0 with all joints at 0
+//!  |____|_____bed_____|____|  floor        ___________bed______|
 //! ```
 
 use crate::machine_models::{

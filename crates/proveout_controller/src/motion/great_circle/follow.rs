@@ -7,7 +7,7 @@
 //! the coefficients of q follow order by order from F(q(t)) = U(t):
 //!
 //! ```text
-//!   j1 q1_k + j2 q2_k = U_k - F_k(q_0 .. q_k-1)            j1, j2: rates of the axis with the two rotary joints
+//!   j1 q1_k + j2 q2_k = U_k - F_k(q_0 .. q_k-1)        j1, j2: rates of the axis with the two rotary joints
 //! ```
 //!
 //! In a pole j1 is zero, and `q1_k` has no equation of its own order: it comes with the next one, through the

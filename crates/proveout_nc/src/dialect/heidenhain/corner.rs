@@ -2,9 +2,9 @@
 //!
 //! ```text
 //!        next
-//!         |          The center of the rounding is as far from both elements: it lies where the two elements,
-//!         T2         both moved by r to the side of the turn, meet. T1 and T2 are its feet on the elements.
-//!         |` .  c
+//!         |          The center of the rounding is as far from both elements: it lies where the two
+//!         T2         elements, both moved by r to the side of the turn, meet. T1 and T2 are its feet on
+//!         |` .  c    the elements.
 //! prev ---T1--K      K: the corner as programmed. Lines and arcs alike; an arc moved sideways is an arc
 //!                    of another radius about the same center.
 //! ```

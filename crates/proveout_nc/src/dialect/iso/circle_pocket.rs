@@ -1,11 +1,11 @@
 //! G12 and G13 of a Haas: a circular pocket about the present position.
 //!
 //! ```text
-//!         .-----.
-//!       /  .---.  \      I: radius of the first circle, or of the only one; K: of the last; Q: step between them
-//!      |  ( c-o )-o |    c: the center, the present position; o: where circles begin
-//!       \  '---'  /      G12 runs clockwise, with the tool on the right of the wall (G42), G13 counter-clockwise (G41)
-//!         '-----'
+//!         .-----.         I: radius of the first circle, or of the only one; K: of the last; Q: step
+//!       /  .---.  \       between them
+//!      |  ( c-o )-o |     c: the center, the present position; o: where circles begin
+//!       \  '---'  /       G12 runs clockwise, with the tool on the right of the wall (G42), G13
+//!         '-----'         counter-clockwise (G41)
 //! ```
 //!
 //! Haas, *Mill operator's manual*, "G12 Circular pocket milling CW / G13 CCW": Z is the depth, D

@@ -50,7 +50,8 @@ fn shifted(shift: &Shift) -> Frame {
 /// Frames of the control from the base to the work coordinates.
 ///
 /// ```text
-/// Fanuc, Haas  base = length * external * G54 * G92 * G52 * plane (G68.2, G254) * rotation (G68) * mirror * work
+/// Fanuc, Haas  base = length * external * G54 * G92 * G52 * plane (G68.2, G254) * rotation (G68)
+///                     * mirror * work
 /// `LinuxCNC`     base = length * G54 * rotation (G10 L2 R) * G92 * work
 /// ```
 #[derive(Clone, Debug)]

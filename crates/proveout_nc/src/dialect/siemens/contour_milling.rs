@@ -1,11 +1,12 @@
 //! CYCLE72: milling along a contour.
 //!
 //! ```text
-//!      RTP   - - o . . . . . . . . . o      VARI: units 1 rough, 2 finish; tens 1: ways between in FF3, else rapid;
-//!                :                   ^            hundreds: lift to RTP, to RFP + SDIS, by SDIS, not at all
-//!      RFP+SDIS  v                   |      RL:   40, 41 left, 42 right of the contour
-//!                |  FFD              |      AS1, AS2: 1 straight, 2 quarter, 3 half circle; tens 1: in space
-//!      depth     '-(LP1)-contour-(LP2)      LP1, LP2: length, or radius of the path of the tool center
+//!      RTP   - - o . . . . . . . . . o    VARI: units 1 rough, 2 finish; tens 1: ways between in FF3, else
+//!                :                   ^          rapid; hundreds: lift to RTP, to RFP + SDIS, by SDIS, not
+//!      RFP+SDIS  v                   |          at all
+//!                |  FFD              |    RL:   40, 41 left, 42 right of the contour
+//!      depth     '-(LP1)-contour-(LP2)    AS1, AS2: 1 straight, 2 quarter, 3 half circle; tens 1: in space
+//!                                         LP1, LP2: length, or radius of the path of the tool center
 //! ```
 //!
 //! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02), "Path milling - CYCLE72", and *NC

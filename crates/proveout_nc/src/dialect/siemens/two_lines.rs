@@ -2,10 +2,10 @@
 //! the second one.
 //!
 //! ```text
-//!                 end (X Y)         N10 G1 ANG=a            the first line: its angle, and a corner CHR= or RND=
-//!                  /                N20 X Y ANG=b           the second one: its angle and its end
+//!                 end (X Y)      N10 G1 ANG=a           the first line: its angle, and a corner CHR= or RND=
+//!                  /             N20 X Y ANG=b          the second one: its angle and its end
 //!    start -------+ corner
-//!            a     b                start + s (cos a, sin a) = corner = end - t (cos b, sin b),   s, t >= 0
+//!            a     b             start + s (cos a, sin a) = corner = end - t (cos b, sin b),   s, t >= 0
 //! ```
 //!
 //! After Siemens, *NC programming, Fundamentals*, "Contour definitions: two straight lines": the

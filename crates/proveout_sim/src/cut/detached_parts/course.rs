@@ -4,7 +4,7 @@
 //! oriented, less the acceleration of the place where it is:
 //!
 //! ```text
-//!   f(t) = R_KM(q) (g - p''(t))        p(t) = X_MK(q(t)) p_K       p'' by differences of p at q + v h + a h^2 / 2
+//!   f(t) = R_KM(q) (g - p''(t))     p(t) = X_MK(q(t)) p_K     p'' by differences of p at q + v h + a h^2 / 2
 //! ```
 //!
 //! While the table turns, the frame gives forces to what moves in it (Coriolis) that are not followed: a fall

@@ -1,9 +1,9 @@
 //! Roughness maps: the surface that a run leaves on patches of its design, and what it says of Ra and Rz.
 //!
 //! ```text
-//!   [surface] of the scene ──► Plan (places on the design)        before the run: refused where a place is none
-//!   motion of the run ───────► Recorder (pieces near the places)  during the run
-//!   both ────────────────────► SurfaceTexture, one a place        after it: heights, parameters, doubts
+//!   [surface] of the scene ──► Plan (places on design)       before the run: refused where a place is none
+//!   motion of the run ───────► Recorder (pieces near places) during the run
+//!   both ────────────────────► SurfaceTexture, one a place   after it: heights, parameters, doubts
 //!                                   └──► observers, verdict, judgement of ra_um and rz_um
 //! ```
 //!

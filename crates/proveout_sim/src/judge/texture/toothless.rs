@@ -5,7 +5,8 @@
 //!
 //! ```text
 //!   h = f^2 / 8 r      f: way in one turn of the spindle (with run-out one tooth may cut alone)
-//!                      r: smallest arc of the cutter; a sharp corner has none, and the residual covers its marks
+//!                      r: smallest arc of the cutter; a sharp corner has none, and the residual covers
+//!                         its marks
 //!   Ra = 4 h / 9 sqrt(3), that of a parabola
 //! ```
 

@@ -1,9 +1,9 @@
 //! One run on several machines: its stock in shards, its motion planned before.
 //!
 //! ```text
-//!   plan     program ─► control ─► pieces of motion ──► motion.bin     what each stretch asks of the stock
+//!   plan     program ─► control ─► pieces of motion ──► motion.bin   what each stretch asks of the stock
 //!                                  which tile comes to whom ► raw-stock.dexel of each shard
-//!   shard k  motion.bin, raw-stock.dexel ─► cut ───────► cuts.bin      what became of each tile, stretch by stretch
+//!   shard k  motion.bin, raw-stock.dexel ─► cut ──────► cuts.bin     what became of each tile, by stretches
 //!   merge    the run as ever; where it would cut, it takes what all shards say
 //! ```
 //!

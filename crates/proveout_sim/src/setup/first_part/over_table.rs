@@ -7,7 +7,7 @@
 //!                 a          r   radius of the spindle (holder, tool) at the distance d from the tip
 //!                /           a   axis of the tool, in the frame of the workpiece
 //!        r  .---/---.
-//!          /   / d   \       lowest point of the round section at d:   z(d) = tip.z + a.z d - r sqrt(1 - a.z^2)
+//!          /   / d   \       lowest point of round section at d: z(d) = tip.z + a.z d - r sqrt(1 - a.z^2)
 //!             /
 //!            tip             over the table only where the section reaches over its edge
 //!   ====================     table

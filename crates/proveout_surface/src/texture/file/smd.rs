@@ -3,7 +3,7 @@
 //! ```text
 //!   ISO 5436 - 2000 NUL name CRLF                     1: header
 //!   PRF NUL 0 NUL ... CRLF
-//!   CX NUL I NUL 8001 NUL mm NUL 1.0 NUL D NUL 0.0005 CRLF     axis, type, points, unit, scale, data type, step
+//!   CX NUL I NUL 8001 NUL mm NUL 1.0 NUL D NUL 0.0005 CRLF  axis, type, points, unit, scale, data type, step
 //!   CZ NUL A NUL 8001 NUL um NUL 1.0 NUL D CRLF
 //!   ETX CRLF
 //!   DATE ... CRLF ETX CRLF                            2: about the data

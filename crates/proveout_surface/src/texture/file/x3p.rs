@@ -2,7 +2,8 @@
 //! heights, checksums.
 //!
 //! ```text
-//!   main.xml             Record1: Revision, FeatureType PRF or SUR, Axes CX CY CZ (type, data type, increment, offset)
+//!   main.xml             Record1: Revision, FeatureType PRF or SUR, Axes CX CY CZ (type, data type,
+//!                        increment, offset)
 //!                        Record3: MatrixDimension SizeX SizeY SizeZ; DataLink with MD5, or DataList of Datum
 //!                        Record4: ChecksumFile
 //!   bindata/data.bin     heights, x fastest, little end first

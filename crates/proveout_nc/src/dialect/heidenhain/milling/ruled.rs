@@ -1,14 +1,14 @@
 //! Cycle 230: a flat surface in lines to and fro. Cycle 231: a ruled surface between four points, line by line.
 //!
 //! ```text
-//!   230   Q226 + Q219   <-----------      Q240 lines over the width, the first and the last one on its edges;
+//!   230   Q226 + Q219   <-----------      Q240 lines over the width, the first and the last on its edges;
 //!                       ----------->      beyond the length by the radius of the tool at both ends
 //!         Q226          <-----------
 //!            Q225 - R           Q225 + Q218 + R
 //!
-//!   231       4 - - - - - - 3             line i of n runs from 1 + t (4 - 1) to 2 + t (3 - 2), t = i / (n - 1);
-//!            /             /              at its end up by the tool diameter, back above the start of the line, down,
-//!           1 ----------> 2               and over to the next one
+//!   231       4 - - - - - - 3             line i of n runs from 1 + t (4 - 1) to 2 + t (3 - 2),
+//!            /             /              t = i / (n - 1); at its end up by the tool diameter, back above
+//!           1 ----------> 2               the start of the line, down, and over to the next one
 //! ```
 //!
 //! Courses after HEIDENHAIN, *iTNC 530 Cycle programming* (670388), "Multipass milling: cycle 230", "Ruled
