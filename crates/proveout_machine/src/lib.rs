@@ -43,7 +43,8 @@
 //! | file or folder | holds |
 //! |---|---|
 //! | `machine`, `joint`, `spindle`, `attachment` | the machine as data |
-//! | `platform`, `turn_shift`, `drive`, `errors`, `mass`, `pairs` | legs, drives, errors, masses, rules for pairs |
+//! | `platform`, `turn_shift`, `drive` | legs, the shift of a turn, drives |
+//! | `errors`, `mass`, `pairs` | errors, masses, rules for pairs |
 //! | `description`, `drive_file` | the machine file as written; the JSON Schema comes from it |
 //! | `machine_reader`, `reading`, `units`, `structure` | from the file to the data, with checks |
 //! | `joint_reader`, `platform_reader`, `errors_reader`, `pairs_reader` | one table of the file each |

@@ -9,7 +9,8 @@
 //! | `plate` | middle of the upper face | a block |
 //! | `chuck` | middle of the front face, jaws towards +z | a disk, jaws from the grip diameter outward |
 //! | `tombstone` | middle of the foot | a square column on a square foot |
-//! | `toe-clamp` | part edge, under the toe | bar from `reach_mm` over the part along +x, z > 0; stud, post outside |
+//! | `toe-clamp` | part edge, under the toe | bar from `reach_mm` over the part along +x, z > 0 |
+//! | | | stud and post outside |
 
 use schemars::JsonSchema;
 use serde::Deserialize;

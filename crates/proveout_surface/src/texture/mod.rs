@@ -22,7 +22,7 @@
 //!   heights over the design      S-filter            L-filter
 //!   (form removed: F)   ──────►  lambda_s  ──────►   lambda_c  ──────►  parameters
 //!                                low-pass            high-pass
-//!         └─────────────────────────────────────────────────────────►  unfiltered values, printed beside
+//!         └────────────────────────────────────────────────────────►  unfiltered values, printed beside them
 //! ```
 //!
 //! Limits: the S-filter is left out, and said to be, where the spacing is too coarse for its cut-off (a map

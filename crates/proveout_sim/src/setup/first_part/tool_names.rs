@@ -2,7 +2,8 @@
 //!
 //! | comment | is of |
 //! |---|---|
-//! | `T="DRILL_D8" D8 DRILL`, `TOOL CALL "DRILL_D8"`, `T=DRILL_D8 8 MM` | `DRILL_D8`, whatever tool is called next |
+//! | `T="DRILL_D8" D8 DRILL`, `TOOL CALL "DRILL_D8"` | `DRILL_D8`, whatever tool is called next |
+//! | `T=DRILL_D8 8 MM` | `DRILL_D8`, whatever tool is called next |
 //! | `DRILL_D8: D8 DRILL 140 DEG`, where the program calls a tool of that name | `DRILL_D8` |
 //! | `MILL_D10 BEFORE DRILL_D8` | several tools, so it describes none |
 //! | `"ROUGHING" D10 END MILL`, where no tool has that name | the tool whose call is next to it |
