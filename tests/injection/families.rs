@@ -1,7 +1,8 @@
 //! Families of faults. Each case comes twice from the same numbers: with the fault, and clean.
 //!
-//! Every fault is known by construction: the overlap of a flat end mill with a block is a box, a disc or a circular
-//! segment of stated size. A clean twin keeps at least 0.02 mm away, or moves only where it has cut before.
+//! Every fault is known by construction: the overlap of a flat end mill with a block is a box, a disc or a
+//! circular segment of stated size. A clean twin keeps at least 0.02 mm away, or moves only where it has cut
+//! before.
 
 use proveout_geom::TriMesh;
 
@@ -15,7 +16,8 @@ use crate::injection::{
 pub(crate) const FAMILIES: usize = 16;
 
 const ABOVE_MM: f64 = 20.0;
-/// The smallest overlap of a fault, and the smallest room of a clean twin, mm; a touch up to 0.01 mm is no cut.
+/// The smallest overlap of a fault, and the smallest room of a clean twin, mm; a touch up to 0.01 mm is no
+/// cut.
 const LEAST_MM: f64 = 0.025;
 
 /// Case `number` with its fault, or clean.
@@ -158,7 +160,8 @@ fn faced_then_rapid(r: &mut Random, fault: bool) -> Case {
     case
 }
 
-/// A slot is cut to the middle of the block; then the tool leaves it straight up, or goes into its wall at rapid first.
+/// A slot is cut to the middle of the block; then the tool leaves it straight up, or goes into its wall at
+/// rapid first.
 fn slot_then_sideways(r: &mut Random, fault: bool) -> Case {
     let [x, y, height] = block(r, 12.0);
     let (width, depth) = (r.log(LEAST_MM, 1.5), r.between(0.5, 6.0));

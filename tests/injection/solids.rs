@@ -47,7 +47,8 @@ pub(crate) fn grid_solid(planes: [&[f64]; 3], filled: impl Fn([usize; 3]) -> boo
     mesh
 }
 
-/// A bar along X with a convex section, its corners in the plane of Y and Z, counter-clockwise seen against X.
+/// A bar along X with a convex section, its corners in the plane of Y and Z, counter-clockwise seen against
+/// X.
 pub(crate) fn convex_bar(from: f64, to: f64, section: &[[f64; 2]]) -> TriMesh {
     let n = section.len() as u32;
     let positions = [from, to].iter().flat_map(|x| section.iter().map(|s| Point::new(*x, s[0], s[1]))).collect();

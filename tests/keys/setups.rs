@@ -1,4 +1,5 @@
-//! Small scenes in which the keys act: a block of 30 x 20 x 10 mm on machines of a few boxes, a few seconds of motion.
+//! Small scenes in which the keys act: a block of 30 x 20 x 10 mm on machines of a few boxes, a few seconds
+//! of motion.
 
 use std::{collections::BTreeMap, fs};
 
@@ -552,7 +553,8 @@ fn two_rows(text: &str) -> String {
     lines[..=end.min(lines.len() - 1)].join("\n") + "\nTRAFOOF\nM30\n"
 }
 
-/// A row above the part whose axis comes within 6 degrees of the table's while the table turns by 3 degrees a block.
+/// A row above the part whose axis comes within 6 degrees of the table's while the table turns by 3 degrees a
+/// block.
 fn near_pole() -> String {
     let mut text = String::from(
         "G17\nT=\"BALL_D16\"\nM6\nD1\nG54\nS8000 M3\nCTOL=0.01 OTOL=0.05 G645\nG0 A0 B60\nTRAORI\nORIAXES\n",

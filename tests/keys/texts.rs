@@ -205,7 +205,8 @@ nominal_mm = -2
 tolerance_mm = 0.01
 "#;
 
-/// A slot with a corner and an arc, a short block, a rapid that touches the block by 0.3 mm, and another offset.
+/// A slot with a corner and an arc, a short block, a rapid that touches the block by 0.3 mm, and another
+/// offset.
 pub(crate) const PROGRAM: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G43 H1\nS4000 M3\nG0 X-22. Y0.25\nZ4.\nG1 Z-2. F1500\n\
                        X0.\nX0.1\nY4.\nG2 X4. Y8. I4. J0.\nG0 Z4.\nX-10. Y-6.\nZ-0.3\nZ4.\nG1 Z2. F1500\nG0 Z12.\nM5\nM30\n%\n";
 

@@ -36,7 +36,8 @@ fn the_cut_moves_by_the_stated_errors_with_any_dynamics() {
         let actual = bench(errors).run(dynamics).expect("runs");
         let moved: Vec<f64> = measured(&actual).iter().zip(plain).map(|(a, p)| a - p).collect();
         for (moved, wanted) in moved.iter().zip([0.5, -0.04, 0.03]) {
-            // The walls are round: 0.04 mm aside of their crown they stand 1.6e-4 mm back; twice the sweep's bound.
+            // The walls are round: 0.04 mm aside of their crown they stand 1.6e-4 mm back; twice the sweep's
+            // bound.
             assert!((moved - wanted).abs() < 6e-4, "{dynamics:?}: {moved} instead of {wanted}");
         }
         let plain_floor = if dynamics == Dynamics::Servo { 0.02 } else { 1e-4 };
@@ -49,7 +50,8 @@ fn the_cut_moves_by_the_stated_errors_with_any_dynamics() {
     }
 }
 
-/// Straightness of X against its position, with kinks: the floor of a slot follows it, between the places as well.
+/// Straightness of X against its position, with kinks: the floor of a slot follows it, between the places as
+/// well.
 #[test]
 fn a_slot_follows_the_table_of_errors_of_its_slide() {
     // EZX: the table is lower by 20, 0, 60 micrometers at X = 10, 25, 45, so that the tool stands that much

@@ -14,7 +14,8 @@ fn the_production_program_makes_the_part_that_its_text_describes() {
         );
         return;
     };
-    // Faces across a ray are exact whatever the distance of the rays; sides of round arms need rays near their crown.
+    // Faces across a ray are exact whatever the distance of the rays; sides of round arms need rays near
+    // their crown.
     let choice = Choice { nc: Some(nc), resolution_mm: Some(0.5), ..Choice::default() };
     let run = prove(&scene("axis-cross"), &choice, 2).expect("runs to its end");
     let v = &run.verdict;

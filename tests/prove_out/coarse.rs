@@ -20,7 +20,8 @@ use toml::{Table, Value};
 
 /// Distance of the rays, mm: points on them are exact whatever it is, and a comparison wants a few hundred.
 const CELLS_MM: f64 = 2.0;
-/// Chord error of the mesh of a design, mm: looks of a scene at its mesh take most of the time of a coarse run.
+/// Chord error of the mesh of a design, mm: looks of a scene at its mesh take most of the time of a coarse
+/// run.
 const CHORD_MM: f64 = 0.01;
 /// Bound of the pieces of motion, mm.
 const PIECES_MM: f64 = 0.001;

@@ -68,7 +68,8 @@ impl Experiment {
     }
 }
 
-/// The first turns of the pass only: the comparison of two turns takes a third of the time and asks the same questions.
+/// The first turns of the pass only: the comparison of two turns takes a third of the time and asks the same
+/// questions.
 fn shorter(folder: &Path) {
     let program = folder.join("original.mpf");
     let lines: Vec<String> = fs::read_to_string(&program).expect("readable").lines().map(str::to_owned).collect();
@@ -117,7 +118,8 @@ fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_cou
     let pieces = c.variations.iter().find(|v| v.parameter == "motion pieces").expect("varied");
     assert_eq!(pieces.gains["s-theta"].stretch_time_change_percent, Some(0.0));
 
-    // The limits that the scene sets stand beside the machine's own, and the gain without them beside the gain.
+    // The limits that the scene sets stand beside the machine's own, and the gain without them beside the
+    // gain.
     let limits: Vec<_> = c.joint_limits.iter().map(|l| (l.joint.as_str(), l.of_machine, l.of_scene)).collect();
     assert_eq!(limits, [("A", Some(360.0), 90.0), ("A", Some(4500.0), 600.0), ("A", Some(90_000.0), 12_000.0)]);
     let own = c.own_limits.as_ref().expect("the scene sets limits");
@@ -143,7 +145,8 @@ fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_cou
     assert_eq!(stretch("original").blocks, stretch("s-theta").blocks, "the same blocks count");
     assert!((stretch("original").programmed_s - stretch("s-theta").programmed_s).abs() < 1e-3, "of the same time");
 
-    // Scallop of a ball of 8 mm at 1 mm pitch: 15.6 micrometers, and up to 5 more by chords of 0.5 mm round the edges.
+    // Scallop of a ball of 8 mm at 1 mm pitch: 15.6 micrometers, and up to 5 more by chords of 0.5 mm round
+    // the edges.
     let height = 1e3 * (8.0 - 63.75_f64.sqrt());
     for (name, program) in &c.programs {
         let largest = program.surface.scallop_max_um.expect("judged and cut");

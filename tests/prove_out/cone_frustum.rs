@@ -5,8 +5,8 @@ use proveout_tests::{prove, scene};
 
 /// Distance of the rays, mm. Points of the cut surface are exact whatever it is.
 const CELL_MM: f64 = 1.0;
-/// Bound on the flank cut by the programmed path itself: 1 micrometer between blocks (the generator's own bound on the
-/// finishing passes) and 1 micrometer of the swept volume.
+/// Bound on the flank cut by the programmed path itself: 1 micrometer between blocks (the generator's own
+/// bound on the finishing passes) and 1 micrometer of the swept volume.
 const IDEAL_MM: f64 = 0.002;
 /// The finishing passes allow corners to be rounded by this much (`CYCLE832` in the program).
 const PATH_TOLERANCE_MM: f64 = 0.005;
@@ -43,8 +43,8 @@ fn rounded_corners_stay_within_the_path_tolerance() {
     assert!(run.verdict.time.lower_bound_s.expect("bounded") <= run.verdict.time.total_s);
 }
 
-/// The drives of the library machine follow with full feed-forward: what they leave is friction at the reversals,
-/// elasticity and the load of the swivel, some micrometers on the part.
+/// The drives of the library machine follow with full feed-forward: what they leave is friction at the
+/// reversals, elasticity and the load of the swivel, some micrometers on the part.
 #[test]
 fn the_drives_leave_their_marks_and_the_time_as_it_is() {
     let planned = prove(&scene("cone-frustum"), &choice("bc", Dynamics::Planned), 2).expect("runs").verdict;

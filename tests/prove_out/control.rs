@@ -1,4 +1,5 @@
-//! Words of the control through whole runs: tool length, probing, drives that saturate, limits that nobody has stated.
+//! Words of the control through whole runs: tool length, probing, drives that saturate, limits that nobody
+//! has stated.
 
 use std::{fs, path::Path};
 
@@ -105,8 +106,8 @@ fn a_probing_motion_leaves_the_process_gate_unchecked_and_is_reported_with_its_b
     let matches: Vec<_> = probed.verdict.findings.iter().filter(|f| f.code == "process-probed").collect();
     assert_eq!(matches.len(), 1, "{:?}", probed.verdict.findings);
     assert_eq!(matches[0].line, Some(8));
-    // The probe runs to its end at the programmed feed and stops there; the plain motion turns back within the corner
-    // tolerance of the control, 0.01 mm, and takes as long but for the ramps.
+    // The probe runs to its end at the programmed feed and stops there; the plain motion turns back within
+    // the corner tolerance of the control, 0.01 mm, and takes as long but for the ramps.
     let lowest = |r: &RunResult| r.verdict.axes["Z"].min;
     let reach = 100.0 + 3.0 + gauge_length();
     assert!((lowest(&probed) - reach).abs() < 1e-9, "{} {reach}", lowest(&probed));

@@ -11,7 +11,8 @@ fn bench(program: &str) -> Bench {
     Bench { tools: end_mill(1, 3.0, "center_cutting = true"), program: fanuc(program), ..Bench::default() }
 }
 
-/// A hole and a slot, each left by a vertical rapid, with the words that separate the last feed from the rapid.
+/// A hole and a slot, each left by a vertical rapid, with the words that separate the last feed from the
+/// rapid.
 fn slot_and_retract(end: &str, stop: &str) -> String {
     format!(
         "G0 X10.03 Y10.03\nZ3.\nG1 Z-15. F600\nG0 Z3.\nX30.03\nG1 Z-5. F600\n{end} X50.03\n{stop}G0 Z3.\n\
@@ -45,7 +46,8 @@ fn a_retract_out_of_a_slot_is_no_rapid_in_material() {
 
 #[test]
 fn the_end_of_a_slot_is_where_the_program_says() {
-    // The wall at the end of the slot, from inside: the axis at 50.1 and the radius of 1.5, on a ray through the axis.
+    // The wall at the end of the slot, from inside: the axis at 50.1 and the radius of 1.5, on a ray through
+    // the axis.
     let wall = "[[inspect]]\nname = \"end\"\nfrom_mm = [45, 10.125, -3.125]\ndirection = \"+x\"\nnominal_mm = 51.6\ntolerance_mm = 0.001\n";
     let program = "G0 X30. Y10.125\nZ3.\nG1 Z-5. F600\nX50.1\nG0 Z3.";
     let run = Bench { extra: wall.into(), ..bench(program) }.planned();

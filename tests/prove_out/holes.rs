@@ -81,7 +81,8 @@ fn stairs_are_timed_on_the_path_that_is_run() {
     // of the tolerance.
     assert!(time.cutting_s < 11.8 && time.cutting_s > 11.0, "{time:?}");
     assert!(path.min_feed_ratio.is_some_and(|ratio| ratio > 0.99), "{path:?}");
-    // A control that rounds with arcs of the whole step needs 9.47 s for the steps, one on the diagonal 8.4 s.
+    // A control that rounds with arcs of the whole step needs 9.47 s for the steps, one on the diagonal 8.4
+    // s.
     let [lower, own] = [time.lower_bound_s, time.path_bound_s].map(|b| b.expect("bounded"));
     assert!(lower <= time.total_s - time.cutting_s + 8.49, "{time:?}");
     assert!(own > lower + 2.0 && own <= time.total_s, "{time:?}");

@@ -1,4 +1,5 @@
-//! One part from programs in four languages: a boss whose contour is compensated by the control where the language can.
+//! One part from programs in four languages: a boss whose contour is compensated by the control where the
+//! language can.
 
 use std::fs;
 

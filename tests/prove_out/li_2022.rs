@@ -65,7 +65,8 @@ fn new_axes_leave_the_surface_and_save_time() {
             let gate = verdict.gates.iter().find(|g| g.gate.name() == gate).expect("every gate is there");
             assert_eq!(gate.state, State::Pass, "{name}: {gate:?}");
         }
-        // Chords of 0.5 mm of a path of 9.2 mm radius round the trailing edge: 0.5^2 / (8 * 9.2) = 3.4 micrometers.
+        // Chords of 0.5 mm of a path of 9.2 mm radius round the trailing edge: 0.5^2 / (8 * 9.2) = 3.4
+        // micrometers.
         assert!(verdict.deviation.gouge_max_mm.is_some_and(|g| g < 0.005), "{name}: {:?}", verdict.deviation);
         // The ridge between turns, 8 - sqrt(64 - 0.25) = 15.6 micrometers; coarse rays may miss its top,
         // rounding adds to it.
@@ -79,7 +80,8 @@ fn new_axes_leave_the_surface_and_save_time() {
         assert!((b / a - 1.0).abs() < 0.08, "{before:?} {after:?}");
     }
     let gain = original.time.cutting_s / proposed.time.cutting_s - 1.0;
-    // Measured 20.6 percent more rate, 17.1 percent less time: both readings of the paper's 24.5 within its band.
+    // Measured 20.6 percent more rate, 17.1 percent less time: both readings of the paper's 24.5 within its
+    // band.
     assert!((0.15..0.35).contains(&gain) && (0.15..0.35).contains(&(1.0 - 1.0 / (1.0 + gain))), "{gain}");
     let a = |v: &Verdict| v.axes["A"].max_velocity;
     assert!(a(original) < 62.4 * 1.001 && a(proposed) < 62.4 * 1.001, "the limits of the scene hold for all");

@@ -42,7 +42,8 @@ fn whole_lines_turn_the_joints_as_the_second_count_says() {
         close(name, s.from_turning.expect("three slides"), turning, 0.01 * turning);
         assert!(s.depth.is_none(), "nobody asks for it");
     }
-    // With the span on C the other machine turns alike: its joints test the mapping, and its slides move otherwise.
+    // With the span on C the other machine turns alike: its joints test the mapping, and its slides move
+    // otherwise.
     let all = moved(&scene(NAME).join("whole-lines-serial.toml"));
     for (name, [velocity, turning]) in
         [("iso-parametric", [rate(4.124), 1.389]), ("quasi-circle", [rate(0.510), 0.156])]
@@ -114,13 +115,15 @@ fn equal_gains_leave_nothing_on_machine_i_either() {
     }
 }
 
-/// A plane that cuts the edge is worse than what the order of the paper has: the order holds beside the edge alone.
+/// A plane that cuts the edge is worse than what the order of the paper has: the order holds beside the edge
+/// alone.
 #[test]
 fn a_plane_through_the_edge_is_no_line_beside_it() {
     let all = moved(&scene(NAME).join("edge.toml"));
     let depth = stretch(&all, "iso-planar-edge").depth.expect("measured");
     println!("{depth:.2?}");
-    // 28.8 by the second count without limits of acceleration; the control slows down before it turns round the edge.
+    // 28.8 by the second count without limits of acceleration; the control slows down before it turns round
+    // the edge.
     close("through the edge", depth.deviation_um, 28.8, 6.0);
 }
 

@@ -71,7 +71,8 @@ fn strategy(name: &str) -> StrategyFile {
     StrategyFile::named(name).expect("a strategy")
 }
 
-/// Plans, writes the program beside the scene, and judges the part between the lines but for the outermost ones.
+/// Plans, writes the program beside the scene, and judges the part between the lines but for the outermost
+/// ones.
 fn planned_in(
     folder: &Path,
     text: impl Fn(&str) -> String,

@@ -74,7 +74,8 @@ fn the_first_rapid_with_a_vector_turns_the_table_to_where_the_circle_leaves_the_
     }
 }
 
-/// Both ends lean by 20 degrees, on circles whose closest point to the upright tool is 0.7 to 10 degrees away.
+/// Both ends lean by 20 degrees, on circles whose closest point to the upright tool is 0.7 to 10 degrees
+/// away.
 #[test]
 fn a_block_past_the_pole_stays_on_its_circle() {
     for machine in ["bc-trunnion", "ac-trunnion-620"] {
@@ -98,7 +99,8 @@ fn a_block_past_the_pole_stays_on_its_circle() {
                 println!("{machine} {closest} {dynamics:?}: {error:.6} degrees, {:?}", codes(&run));
                 assert!(error < allowed, "{machine} {closest} {dynamics:?}: {error} degrees");
                 assert!(dynamics != Dynamics::Servo || error > 1e-5, "{closest}: drives without any lag");
-                // From one end to the other C goes round the pole on one side of it: by twice the angle, and no less.
+                // From one end to the other C goes round the pole on one side of it: by twice the angle, and
+                // no less.
                 let c = &run.verdict.axes["C"];
                 assert!(c.max - c.min > 2.0 * half - 1.0, "{machine} {closest}: C from {} to {}", c.min, c.max);
                 assert!(codes(&run).iter().all(|c| *c == "limits-drive-saturated"), "{:?}", run.verdict.findings);
@@ -107,7 +109,8 @@ fn a_block_past_the_pole_stays_on_its_circle() {
     }
 }
 
-/// The same with a table that tilts to one side alone: the circle through the pole turns C by half a turn there.
+/// The same with a table that tilts to one side alone: the circle through the pole turns C by half a turn
+/// there.
 #[test]
 fn a_block_through_the_pole_runs_on_every_machine() {
     let program = format!("G0 X-6 Y3 Z30 {}\nG1 X36 Y3 Z30 {} F3000\n", words(20.0, 40.0), words(25.0, 220.0));

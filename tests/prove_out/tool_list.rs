@@ -1,4 +1,5 @@
-//! Every tool of a library through the whole chain: called by name, plunged, and the hole is that of its profile.
+//! Every tool of a library through the whole chain: called by name, plunged, and the hole is that of its
+//! profile.
 
 use std::fs;
 
@@ -55,7 +56,8 @@ fn each_tool_drills_the_hole_of_its_profile() {
             tool.name
         );
         let process = run.verdict.gates.iter().find(|g| g.gate.name() == "process").expect("a gate");
-        // A head with a bore must not plunge, and of a chamfer mill nobody says whether it cuts at its center.
+        // A head with a bore must not plunge, and of a chamfer mill nobody says whether it cuts at its
+        // center.
         let expected = match tool.cuts_at_center() {
             Some(true) => State::Pass,
             Some(false) => State::Fail,

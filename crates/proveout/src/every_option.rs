@@ -108,7 +108,8 @@ fn every_option_of_every_command_is_typed_in_a_test() {
     );
 }
 
-/// A page may name a command without its arguments (`proveout nc --post`): command and options are there all the same.
+/// A page may name a command without its arguments (`proveout nc --post`): command and options are there all
+/// the same.
 #[test]
 fn commands_that_pages_mention_are_there() {
     for mention in shown().iter().filter(|s| s.of_product().is_some() && !s.can_be_typed()) {

@@ -64,7 +64,8 @@ impl CommandError {
         self.0.message()
     }
 
-    /// File, line and column from 1, where it lies in a file; zero where only the file, or only the line, is known.
+    /// File, line and column from 1, where it lies in a file; zero where only the file, or only the line, is
+    /// known.
     pub fn place(&self) -> Option<(&str, usize, usize)> {
         self.0.place()
     }
@@ -113,7 +114,8 @@ pub fn default_place(prepared: &Prepared, preview: bool, stopped: bool) -> PathB
 /// observers that write it.
 ///
 /// # Errors
-/// [`SimError`] of the run, or of a watcher that ends it: nothing is then left at `place` that was not there before.
+/// [`SimError`] of the run, or of a watcher that ends it: nothing is then left at `place` that was not there
+/// before.
 pub fn prove_out(
     prepared: Prepared,
     place: &Path,
@@ -254,10 +256,12 @@ fn fit_together(first: &Prepared, second: &Prepared) -> bool {
     first.total().saturating_add(second.total()) <= first.limit.min(second.limit)
 }
 
-/// The text of a program for the blade of a scene, and what it asks of the machine; a helix comes without that report.
+/// The text of a program for the blade of a scene, and what it asks of the machine; a helix comes without
+/// that report.
 ///
 /// # Errors
-/// [`CommandError`] of scene, machine and tools, an unknown strategy, or what keeps the path from being planned.
+/// [`CommandError`] of scene, machine and tools, an unknown strategy, or what keeps the path from being
+/// planned.
 pub fn plan(
     scene: &Path,
     strategy: &str,

@@ -3,7 +3,8 @@
 //! A library, so that the program and the Python package call the same thing: [`call`] does what a command
 //! line says, [`front`] is what other front ends need of it.
 
-/// A line on standard output, without what would steer a terminal; a reader that went away (`| head`) is no error.
+/// A line on standard output, without what would steer a terminal; a reader that went away (`| head`) is no
+/// error.
 macro_rules! say {
     ($($words:tt)*) => {{
         use std::io::Write as _;

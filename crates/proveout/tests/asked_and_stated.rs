@@ -159,7 +159,8 @@ fn collision_is_open_until_the_scene_says_what_holds_the_part() {
 
 #[test]
 fn a_chosen_length_leaves_the_holder_open_and_tells_the_shortest_that_clears() {
-    // A step along a side of the block, 20 mm deep, of which no piece comes off: the holder clears by 1 mm at 21 mm.
+    // A step along a side of the block, 20 mm deep, of which no piece comes off: the holder clears by 1 mm at
+    // 21 mm.
     let deep = SLOT.replace("Y0.", "Y-20.").replace("Z-3.", "Z-20.").replace("G1 X60. F2000.", "G1 X60. F800.");
     let chosen = "chosen = [{ keys = [\"gauge_length_mm\"], reason = \"a usual one\" }]\n";
     for (more, state) in [

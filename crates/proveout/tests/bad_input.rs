@@ -239,7 +239,8 @@ fn a_comparison_writes_its_folder_and_replaces_an_older_one() {
     assert!(json.contains("\"state\": \"pass\"") && json.contains("\"sign_holds\": true"), "{json}");
 }
 
-/// The scene of Li et al. 2022 in the temporary folder, at coarse cells, its program cut off or its scene file changed.
+/// The scene of Li et al. 2022 in the temporary folder, at coarse cells, its program cut off or its scene
+/// file changed.
 fn li_2022(small: &Small, blocks: Option<usize>, scene: impl Fn(String) -> String) {
     let folder = root().join("scenes/li-2022-s-theta");
     let text = fs::read_to_string(folder.join("scene.toml")).expect("the scene");

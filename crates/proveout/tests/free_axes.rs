@@ -1,5 +1,5 @@
-//! `run --orientation-maps` as a person types it: a ball end mill on a flat face beside a wall. The wall stands
-//! parallel to the way at a distance that lets the shank lean against it by an angle in closed form.
+//! `run --orientation-maps` as a person types it: a ball end mill on a flat face beside a wall. The wall
+//! stands parallel to the way at a distance that lets the shank lean against it by an angle in closed form.
 
 use std::{
     fs,
@@ -91,8 +91,8 @@ fn an_axis_beside_a_wall_has_the_room_of_the_closed_form() {
     let places = found["places"].as_array().unwrap_or_else(|| panic!("{said}"));
     assert_eq!(places.len(), 7, "{said}");
     assert!(said.contains("free axes: 7 contact points of a ball end"), "{said}");
-    // Leaned against the wall by t in the plane across the way, the corner of the shank's end is the farthest:
-    // L sin t + r cos t = wall - clearance. To the other side the end of the tilts comes first.
+    // Leaned against the wall by t in the plane across the way, the corner of the shank's end is the
+    // farthest: L sin t + r cos t = wall - clearance. To the other side the end of the tilts comes first.
     let limit = (0..90_000)
         .map(|k| f64::from(k) * 1e-3)
         .find(|t| {

@@ -1,6 +1,7 @@
-//! `run --find-stickout` as a person types it, and the picture of a first contact: a slot of 6 mm, 20 mm deep, in
-//! a block whose face lies at zero. A holder of 20 mm diameter does not fit into the slot, so that its nose
-//! has to stay above the face by the wanted clearance: the least overhang is 20 mm and that clearance.
+//! `run --find-stickout` as a person types it, and the picture of a first contact: a slot of 6 mm, 20 mm
+//! deep, in a block whose face lies at zero. A holder of 20 mm diameter does not fit into the slot, so that
+//! its nose has to stay above the face by the wanted clearance: the least overhang is 20 mm and that
+//! clearance.
 
 use std::{
     fmt::Write as _,
@@ -21,7 +22,8 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
 }
 
-/// Runs the slot with a tool that stands out by `overhang`; gives exit code, what is said, and the run folder.
+/// Runs the slot with a tool that stands out by `overhang`; gives exit code, what is said, and the run
+/// folder.
 fn run(folder: &Path, overhang: f64, options: &[&str]) -> (i32, String, PathBuf) {
     let scene = format!(
         "name = \"slot\"\nmachine = {:?}\ntools = \"tools.toml\"\nresolution_mm = 0.5\n\

@@ -198,7 +198,8 @@ fn harmless_text_that_is_not_run_is_a_note_with_its_lines() {
         assert_eq!(status, Some(0), "{name}: {shown}");
         assert!(shown.contains(words) && shown.contains("note: "), "{name}: {shown}");
     }
-    // Nothing of the text is told where all of it is run, or is no text of the program; which control is read for, is.
+    // Nothing of the text is told where all of it is run, or is no text of the program; which control is read
+    // for, is.
     let fanuc = "no word identifies the control: read as Fanuc";
     for (name, text, note) in [
         ("heads.ngc", "g21 g90\nO100\ng0 x1\nm2\n", None),

@@ -1,4 +1,5 @@
-//! Re-scheduled programs on the command line: what a run keeps, what `reschedule` writes, and which options they take.
+//! Re-scheduled programs on the command line: what a run keeps, what `reschedule` writes, and which options
+//! they take.
 
 use std::{
     fs,
@@ -233,7 +234,8 @@ fn a_method_of_two_angles_has_its_bound_over_cells() {
     // The method turns axes by about what they miss the pole by.
     let stray = number(cells, "stray_deg");
     assert!(stray > 0.9 && stray < 1.3, "{stray}");
-    // With the pole in reach no joint has to hurry; each station costs what a window of feed loses at its ends.
+    // With the pole in reach no joint has to hurry; each station costs what a window of feed loses at its
+    // ends.
     let (own, feed) = (number(cells, "bound_s"), number(run, "feed_bound_s"));
     assert!(own > 0.999 * feed && own <= number(run, "bound_s") && feed <= number(run, "time_s"), "{own} {feed}");
     assert!(cells["potentials_s"].as_array().expect("a list").len() >= 2);
@@ -387,7 +389,8 @@ fn the_gain_is_reported_over_the_velocity_limit_with_the_machines_own() {
     );
 }
 
-/// Largest acceleration of A between the ramps at the programmed times, deg/s2, by differences over the blocks.
+/// Largest acceleration of A between the ramps at the programmed times, deg/s2, by differences over the
+/// blocks.
 fn peak_between_ramps(run: &serde_json::Value) -> f64 {
     let list = |value: &serde_json::Value| -> Vec<f64> {
         value.as_array().expect("a list").iter().map(|v| v.as_f64().expect("a number")).collect()
@@ -440,7 +443,8 @@ fn options_of_smooth_are_read_and_refused_by_name() {
     assert!(plain != made(&["clearance_deg=40"], "o2.mpf"));
     let (tool, lean) = (made(&["channel=tool"], "o3.mpf"), made(&["channel=tool", "lean_max_deg=40"], "o4.mpf"));
     assert!(plain != tool && tool != lean);
-    // A channel that may be left backwards has another smoothest way: from clearances on that make it level in places.
+    // A channel that may be left backwards has another smoothest way: from clearances on that make it level
+    // in places.
     assert!(made(&["clearance_deg=58"], "o5.mpf") != made(&["clearance_deg=58", "monotone=false"], "o6.mpf"));
     for (option, word) in [
         ("channel=wide", "write one of clearance, tool"),

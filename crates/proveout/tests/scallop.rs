@@ -1,4 +1,5 @@
-//! `[tolerances] scallop_um` as a person types it: a block milled row by row with a ball, on the command line.
+//! `[tolerances] scallop_um` as a person types it: a block milled row by row with a ball, on the command
+//! line.
 //!
 //! Rows of a ball of 3 mm every 0.5 mm leave 3 - sqrt(9 - 0.25^2) = 10.4348 micrometers between them.
 

@@ -119,7 +119,8 @@ fn the_recording_of_a_run_and_of_a_comparison_shows_the_schedule() {
         assert!(text.contains(&words), "{key} {words} is not in:\n{text}");
     }
     assert!(text.contains("made from **original** by **s-theta**"), "{text}");
-    // Tool axes: unit vectors of the workpiece frame that the playhead moves, and arrows of one length at the blade.
+    // Tool axes: unit vectors of the workpiece frame that the playhead moves, and arrows of one length at the
+    // blade.
     for name in ["original", "new"] {
         let points = &entity(&format!("sphere/{name}_now")).points;
         assert_eq!(points.len(), new.rows);

@@ -78,7 +78,8 @@ impl BallTree {
         &self.balls[node.first as usize..(node.first + node.count) as usize]
     }
 
-    /// The balls whose centers are nearest to a point, by number, the nearest first; fewer where there are not so many.
+    /// The balls whose centers are nearest to a point, by number, the nearest first; fewer where there are
+    /// not so many.
     pub(super) fn nearest<const N: usize>(&self, p: &Point) -> impl Iterator<Item = u32> + use<N> {
         let mut best = [(f64::INFINITY, u32::MAX); N];
         let apart = |node: &BallNode| (node.middle - p).norm() - node.spread;

@@ -133,8 +133,8 @@ impl Blade {
         self.spec.platform.map_or(0.0, |p| p.fillet_radius)
     }
 
-    /// A point of the airfoil: arc length on the outline, mm, and X. The normal of a twisted blade leans along X:
-    /// with `P_x = e_x + twist (e_x x P)` it is the outline's normal less `twist (e_x x P) . n e_x`.
+    /// A point of the airfoil: arc length on the outline, mm, and X. The normal of a twisted blade leans
+    /// along X: with `P_x = e_x + twist (e_x x P)` it is the outline's normal less `twist (e_x x P) . n e_x`.
     pub fn at(&self, arc: f64, x: f64) -> SurfacePoint {
         let point = self.outline.at(arc);
         self.raised(point.position, point.normal_angle, x)

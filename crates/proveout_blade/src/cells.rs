@@ -119,7 +119,8 @@ impl ParameterCell {
         let size = normal.norm();
         let outside = if size > 0.0 {
             let across = far.dot(&normal) / size;
-            // Parts along both sides beyond the parallelogram, by its dual vectors; at right angles to either side.
+            // Parts along both sides beyond the parallelogram, by its dual vectors; at right angles to either
+            // side.
             let beyond = |side: &Vector, other: &Vector| {
                 let dual = other.cross(&normal) / size;
                 let width = dual.dot(side).abs();

@@ -42,7 +42,8 @@ pub(super) const STARTS: usize = 8;
 const STEPS: usize = 40;
 /// Distance from a center by which a bend is divided at least, mm.
 const LEAST_FAR_MM: f64 = 1e-12;
-/// A Newton step that is shorter is right to the last digits, where the value is too coarse to show an improvement, mm.
+/// A Newton step that is shorter is right to the last digits, where the value is too coarse to show an
+/// improvement, mm.
 const SURE_MM: f64 = 1e-5;
 /// The search ends at a step of this part of the length.
 const LAST_STEP: f64 = 1e-13;

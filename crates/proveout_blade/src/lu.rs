@@ -153,7 +153,8 @@ mod tests {
         }
     }
 
-    /// Angle of the normal against the span axis along a line, and the largest rate for each mm: beta of machine II.
+    /// Angle of the normal against the span axis along a line, and the largest rate for each mm: beta of
+    /// machine II.
     fn turning(blade: &ClosedSurface<Lu>, line: impl Fn(f64) -> f64) -> (f64, f64) {
         let steps = 4000;
         let (mut angles, mut rate) = (Vec::new(), 0.0_f64);

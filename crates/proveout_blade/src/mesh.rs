@@ -36,7 +36,8 @@ impl Blade {
         let tolerance = chord_error.clamp(FINEST_MM, COARSEST_MM);
         let largest = spec.platform.map_or(0.0, |p| p.margin);
         let section = &spec.section;
-        // The sharpest curvature of the sides is below 1 / (camber radius - thickness) plus that of the thickness law.
+        // The sharpest curvature of the sides is below 1 / (camber radius - thickness) plus that of the
+        // thickness law.
         let bend = section.camber_radius().min(section.chord) * 0.25;
         let side_step = (8.0 * tolerance * bend).sqrt();
         let sides = ((section.camber_radius() * section.camber_angle / side_step).ceil() as usize).clamp(16, 4000);
@@ -82,7 +83,8 @@ impl Blade {
         levels
     }
 
-    /// Pressure side (`sides` + 1 points), trailing edge inside, suction side, leading edge inside; counter-clockwise.
+    /// Pressure side (`sides` + 1 points), trailing edge inside, suction side, leading edge inside;
+    /// counter-clockwise.
     fn ring(&self, level: &MeshLevel, sides: usize, edges: usize) -> Vec<Point> {
         let section = &self.spec().section;
         let pairs: Vec<_> = (0..=sides).map(|i| section.pair(i as f64 / sides as f64, level.offset).1).collect();

@@ -32,7 +32,8 @@ use super::{
 pub const NEAREST_ERROR_MM: f64 = 1e-7;
 /// Coordinates beyond this have no nearest point, mm: their squares round too much.
 const FARTHEST_MM: f64 = 1e7;
-/// Nearer than this the normal is that of the face, mm; farther away it is the direction from the nearest point.
+/// Nearer than this the normal is that of the face, mm; farther away it is the direction from the nearest
+/// point.
 const CLOSE_MM: f64 = 1e-3;
 /// A place that is nearer by more than this is gone down from at once, so that no search goes round the
 /// border of what is nearer by [`NEAREST_ERROR_MM`], mm.

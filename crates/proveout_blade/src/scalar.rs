@@ -33,7 +33,8 @@ impl Scalar for f64 {
     }
 }
 
-/// All numbers from `low` to `high`. Ends are not rounded outward: who uses them adds a margin far above rounding.
+/// All numbers from `low` to `high`. Ends are not rounded outward: who uses them adds a margin far above
+/// rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     /// Lowest.

@@ -314,7 +314,8 @@ impl CamberSection {
     }
 }
 
-/// An outline of a section at an offset, by arc length from the leading end of the pressure side, counter-clockwise.
+/// An outline of a section at an offset, by arc length from the leading end of the pressure side,
+/// counter-clockwise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SectionCurve {
     section: CamberSection,
@@ -345,7 +346,8 @@ impl SectionCurve {
         let (low, wanted) = (self.ends[panel], rest - self.ends[panel]);
         let whole = self.ends[panel + 1] - low;
         let mut u = from + width * wanted / whole;
-        // Newton on the arc length of the panel, which is smooth and nearly linear: three steps reach rounding.
+        // Newton on the arc length of the panel, which is smooth and nearly linear: three steps reach
+        // rounding.
         for _ in 0..4 {
             let length = self.section.panel_length(piece, from, u - from, self.offset).unwrap_or(wanted);
             let speed = self.section.local(piece, u, self.offset).speed;

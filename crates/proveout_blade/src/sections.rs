@@ -375,7 +375,8 @@ fn nets(sections: &[PointedSection], u: &[f64], v: &[f64], joints: &[usize]) -> 
     let around: Vec<Vec<Vector>> = rows.iter().map(|row| round_slopes(u, row, joints)).collect();
     let count = rows[0].len();
     let line = |field: &[Vec<Vector>], k: usize| field.iter().map(|row| row[k]).collect::<Vec<_>>();
-    // The slopes along v are linear in the values: those of the slopes round the section are the mixed derivatives.
+    // The slopes along v are linear in the values: those of the slopes round the section are the mixed
+    // derivatives.
     let columns = |field: &[Vec<Vector>]| -> Vec<Vec<Vector>> {
         (0..count).map(|k| slopes(v, &line(field, k), SplineEnds::NotAKnot)).collect()
     };

@@ -128,7 +128,8 @@ const NEARLY: f64 = 1e-10;
 
 /// A place beyond the end of the airfoil by this still belongs to it: rounding where faces join.
 const JOINED: f64 = 1e-9;
-/// An end is reached within this part of the range of v, and within this in mm and as a part of its place: rounding.
+/// An end is reached within this part of the range of v, and within this in mm and as a part of its place:
+/// rounding.
 const REACHED: f64 = 1e-9;
 /// Shortest way between the ends, smallest fillet radius and platform, mm.
 const LEAST_MM: f64 = 1e-3;
@@ -212,7 +213,8 @@ impl BladeSolid {
         self.allowance
     }
 
-    /// Whether both ends leave the airfoil at parameters; a place on the line that it shares with a fillet is left.
+    /// Whether both ends leave the airfoil at parameters; a place on the line that it shares with a fillet is
+    /// left.
     pub fn leaves(&self, u: f64, v: f64) -> bool {
         (0..2).all(|end| {
             let Ok(trim) = self.trim(end, u) else { return false };
@@ -344,7 +346,8 @@ mod tests {
                 let foot = solid.surface.nearest(&trim.center);
                 let near = solid.surface.local(foot[0], foot[1]);
                 assert!((to_plane - radius).abs() < 1e-9, "{u} {end}");
-                // No point of the blade is nearer to the center than the radius: the ball touches and does not cut.
+                // No point of the blade is nearer to the center than the radius: the ball touches and does
+                // not cut.
                 assert!(((near.point - trim.center).norm() - radius).abs() < 2e-6, "{u} {end}");
             }
         }

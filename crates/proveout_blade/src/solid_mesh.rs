@@ -39,7 +39,8 @@ const NO_ANGLE: f64 = 1e-12;
 pub struct MeasuredMesh {
     /// The closed mesh.
     pub mesh: TriMesh,
-    /// Largest distance of its curved facets from the closed form, mm, measured at middles of facets and edges.
+    /// Largest distance of its curved facets from the closed form, mm, measured at middles of facets and
+    /// edges.
     pub measured: f64,
 }
 

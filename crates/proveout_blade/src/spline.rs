@@ -13,7 +13,8 @@ use proveout_geom::Vector;
 /// What holds at the ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum SplineEnds {
-    /// Both ends are one point, and the second derivative passes through it; the last point is the first one again.
+    /// Both ends are one point, and the second derivative passes through it; the last point is the first one
+    /// again.
     Closed,
     /// The slopes there.
     Slopes([Vector; 2]),
@@ -71,7 +72,8 @@ pub(super) fn slopes(u: &[f64], p: &[Vector], ends: SplineEnds) -> Vec<Vector> {
     }
 }
 
-/// Solves rows (below, diagonal, above) of a matrix that is dominated by its diagonal, without exchanging rows.
+/// Solves rows (below, diagonal, above) of a matrix that is dominated by its diagonal, without exchanging
+/// rows.
 fn thomas(rows: &[([f64; 3], Vector)]) -> Vec<Vector> {
     let mut above = Vec::with_capacity(rows.len());
     let mut right: Vec<Vector> = Vec::with_capacity(rows.len());

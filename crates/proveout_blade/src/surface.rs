@@ -79,7 +79,8 @@ pub struct Foot {
 pub trait ParametricSurface: Debug + Send + Sync {
     /// Range of the parameters.
     fn domain(&self) -> Domain;
-    /// Place and derivatives; outside of the domain the surface is continued, so that a search can step over its rim.
+    /// Place and derivatives; outside of the domain the surface is continued, so that a search can step over
+    /// its rim.
     fn local(&self, u: f64, v: f64) -> Local;
     /// Parameters of the point nearest to p, in or on the rim of the domain.
     fn nearest(&self, p: &Point) -> [f64; 2];

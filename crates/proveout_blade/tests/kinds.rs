@@ -33,7 +33,8 @@ impl Draw {
     }
 }
 
-/// Sections of Lu's blade as points, the edges marked: 10 degrees of w to either side of the ends of the chord.
+/// Sections of Lu's blade as points, the edges marked: 10 degrees of w to either side of the ends of the
+/// chord.
 fn sections() -> Vec<PointedSection> {
     let blade = Lu::stand_in();
     let section = |j: u32| {
@@ -131,7 +132,8 @@ fn derivatives_normal_and_curvatures_agree_with_differences() {
             }
             let normal = at.first[0].cross(&at.first[1]).normalize();
             assert!((at.normal - normal).norm() < 1e-12 && (at.normal.norm() - 1.0).abs() < 1e-12, "{name} at {u} {v}");
-            // Curvature along a direction: turn of the normal, -dn . d / |d|^2 with the sign of convexity (Weingarten).
+            // Curvature along a direction: turn of the normal, -dn . d / |d|^2 with the sign of convexity
+            // (Weingarten).
             let [k1, k2] = at.principal();
             for (a, b) in [(1.0, 0.0), (0.0, 1.0), (0.6, -0.8)] {
                 let d = at.first[0] * (a * step[0]) + at.first[1] * (b * step[1]);
@@ -179,7 +181,8 @@ fn the_nearest_point_is_that_of_brute_force() {
             if k % 4 == 0 {
                 assert!(found < FOOT_ERROR_MM, "{name} {k}: {found}");
             }
-            // Far away from a sharp edge a search may end without its proof, and says so; near the surface none does.
+            // Far away from a sharp edge a search may end without its proof, and says so; near the surface
+            // none does.
             assert!(foot.error >= FOOT_ERROR_MM && (foot.error == FOOT_ERROR_MM || k % 4 == 3), "{name} {k}: {foot:?}");
             proved += usize::from(foot.error == FOOT_ERROR_MM);
             asked += 1;
@@ -224,7 +227,8 @@ fn a_blade_through_sections_is_the_one_they_were_taken_from() {
         assert!(exact.local(foot[0], foot[1]).normal.dot(&at.normal) > 0.999);
         worst = worst.max(distance);
     }
-    // Points 0.7 mm apart on sides of 100 mm radius, 0.05 mm apart at edges of 0.1 mm; sections 12.5 mm apart.
+    // Points 0.7 mm apart on sides of 100 mm radius, 0.05 mm apart at edges of 0.1 mm; sections 12.5 mm
+    // apart.
     assert!(worst < 1e-3, "{worst}");
     for (j, section) in sections().iter().enumerate() {
         for p in &section.points {
@@ -255,7 +259,8 @@ impl ParametricSurface for Searched {
     }
 }
 
-/// Platforms and ends that are nearer than all of the airfoil are told without its foot, and as they are told with it.
+/// Platforms and ends that are nearer than all of the airfoil are told without its foot, and as they are told
+/// with it.
 #[test]
 fn results_with_and_without_a_foot_agree() {
     let plate = Plate { fillet_radius: 3.0, thickness: 6.0, y: [-30.0, 30.0], z: [-30.0, 30.0] };

@@ -1,4 +1,5 @@
-//! Meshes of every kind: closed, and within the chord error that was asked, at random points against the closed form.
+//! Meshes of every kind: closed, and within the chord error that was asked, at random points against the
+//! closed form.
 #![allow(clippy::print_stdout, reason = "the table is what is asked for")]
 
 use std::sync::Arc;
@@ -205,7 +206,8 @@ fn on_triangle([a, b, c]: [Point; 3], p: Point) -> Point {
     a + ab * (vb / whole) + ac * (vc / whole)
 }
 
-/// The part of the sphere round p that a triangle covers, steradian (van Oosterom & Strackee 1983, equation 8).
+/// The part of the sphere round p that a triangle covers, steradian (van Oosterom & Strackee 1983, equation
+/// 8).
 fn solid_angle(corners: [Point; 3], p: Point) -> f64 {
     let [a, b, c] = corners.map(|q| q - p);
     let [x, y, z] = [a.norm(), b.norm(), c.norm()];

@@ -1,4 +1,5 @@
-//! The nearest point of a blade on its closed form against a slow search that shares nothing with it but the outline.
+//! The nearest point of a blade on its closed form against a slow search that shares nothing with it but the
+//! outline.
 //!
 //! Blades: without twist, as of a compressor, twisted by one and by three degrees a millimeter; with and
 //! without platform; a section of constant thickness (all circles of its concave side have one center), one
@@ -155,7 +156,8 @@ impl<'a> Brute<'a> {
         self.winds(&self.outlines[0], p, p.x)
     }
 
-    /// How far a point lies off the face that it should be on: in a plane of one height, of the outline there.
+    /// How far a point lies off the face that it should be on: in a plane of one height, of the outline
+    /// there.
     fn off_the_surface(&self, p: &Point) -> f64 {
         let (turn, offset) = match p.x {
             x if self.platform && x < F => {

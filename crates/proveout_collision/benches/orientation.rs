@@ -1,4 +1,5 @@
-//! Feasible maps along a finishing pass over a blade with its platform: contacts a second from nothing and in a walk.
+//! Feasible maps along a finishing pass over a blade with its platform: contacts a second from nothing and in
+//! a walk.
 #![allow(
     missing_docs,
     clippy::print_stdout,

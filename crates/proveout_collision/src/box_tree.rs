@@ -57,7 +57,8 @@ pub enum NearestLeaves<W> {
     Beyond(f64),
     /// The smallest distance, mm, and what belongs to it.
     At(f64, W),
-    /// A proved distance and a measured one, mm, with the smallest between them, and what belongs to the second.
+    /// A proved distance and a measured one, mm, with the smallest between them, and what belongs to the
+    /// second.
     Between([f64; 2], W),
 }
 

@@ -71,7 +71,8 @@ pub(crate) fn gap(
     warm: &mut WarmStart,
 ) -> Separation {
     match (a, b) {
-        // What is proved of two meshes is far more than any limit that would have been asked for, at the same cost.
+        // What is proved of two meshes is far more than any limit that would have been asked for, at the same
+        // cost.
         (PartShape::Mesh(a), PartShape::Mesh(b)) => skins(&a.boxes, &b.boxes, b_from_a, [exact, f64::INFINITY], warm),
         _ => gap_with((a, b), b_from_a, [exact, limit], warm, &mut Effort::unlimited()),
     }
@@ -457,8 +458,8 @@ const MOST_VERTICES: usize = 2000;
 /// Chord error of the points tried on arcs, mm.
 const CURVE_MM: f64 = 0.2;
 
-/// How deep one shape reaches into the other, mm: the largest depth of points of each inside of the other. A lower
-/// estimate, since only vertices and points on the generating curves are tried.
+/// How deep one shape reaches into the other, mm: the largest depth of points of each inside of the other. A
+/// lower estimate, since only vertices and points on the generating curves are tried.
 pub(crate) fn penetration(a: &PartShape, b: &PartShape, b_from_a: &Pose) -> f64 {
     let a_from_b = b_from_a.inverse();
     let of_a = probes(a).map(|p| depth_in(b, &b_from_a.point(&p))).fold(0.0, f64::max);

@@ -70,7 +70,8 @@ pub struct Interference {
     pub(crate) rings: BTreeMap<usize, Option<(usize, Arc<CollisionPart>)>>,
     /// What is left of neighbors without what bears, by their places among the parts.
     pub(crate) rests: BTreeMap<(usize, usize), Arc<SkinRests>>,
-    /// Ranges of the joints in which all neighbors keep clear of each other, and the slack for which that holds, mm.
+    /// Ranges of the joints in which all neighbors keep clear of each other, and the slack for which that
+    /// holds, mm.
     pub(crate) proved_ranges: [[f64; 2]; MAX_JOINTS],
     pub(crate) proved_slack: f64,
     pub(crate) breaches: Vec<Breach>,
@@ -82,7 +83,8 @@ pub struct Interference {
 }
 
 impl Interference {
-    /// Takes the bodies of a machine and the fixtures, without a tool. Below `clearance_mm` two parts give a near miss.
+    /// Takes the bodies of a machine and the fixtures, without a tool. Below `clearance_mm` two parts give a
+    /// near miss.
     ///
     /// # Errors
     /// A mesh that does not bound a solid, or a clearance that is no length.
@@ -205,7 +207,8 @@ impl Interference {
                 state: PairState::Clear,
                 reach: FIRST_REACH_MM,
                 warm: None,
-                // Skins of neighbors that never met outside of their bearing have nothing inside of the other there.
+                // Skins of neighbors that never met outside of their bearing have nothing inside of the other
+                // there.
                 fresh: neighbors.is_none(),
                 ring,
                 tight: false,
@@ -219,7 +222,8 @@ impl Interference {
         }
     }
 
-    /// One of two parts at all turns of the joint that carries it and not the other; the one that turns farther.
+    /// One of two parts at all turns of the joint that carries it and not the other; the one that turns
+    /// farther.
     fn ring(&mut self, a: usize, b: usize) -> Option<RingState> {
         let of = |part: usize, other: usize| {
             let joint = turning_joint(&self.machine, &self.parts[part])?;
@@ -513,7 +517,8 @@ impl Interference {
         self.lower_bound = 0.0;
     }
 
-    /// Every breach so far, in the order of the pieces in which they began; within one piece in the order of the pairs.
+    /// Every breach so far, in the order of the pieces in which they began; within one piece in the order of
+    /// the pairs.
     pub fn breaches(&self) -> &[Breach] {
         &self.breaches
     }
@@ -546,12 +551,14 @@ impl Interference {
         Clearance { measured: self.nearest.clone(), lower_bound: self.lower_bound.min(now) }
     }
 
-    /// Distance that is proved for all pairs at the end of the last piece, mm; infinite when there is no pair.
+    /// Distance that is proved for all pairs at the end of the last piece, mm; infinite when there is no
+    /// pair.
     pub fn proved_now(&self) -> f64 {
         self.now.max(0.0)
     }
 
-    /// Every pair met so far, those that are not checked with the reason. Pairs of tools that were changed stay listed.
+    /// Every pair met so far, those that are not checked with the reason. Pairs of tools that were changed
+    /// stay listed.
     ///
     /// ```
     /// use proveout_collision::{Fixture, Interference, Unchecked};

@@ -9,10 +9,13 @@
 //! were not checked, each with the reason.
 //!
 //! * [`Interference`] – takes pieces of motion in order.
-//! * [`StockCheck`] – takes them with the stock as it is cut; [`StockBreach`] – a body that met it, or came near.
-//! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are different fields.
+//! * [`StockCheck`] – takes them with the stock as it is cut; [`StockBreach`] – a body that met it, or came
+//!   near.
+//! * [`Breach`] – near miss or collision of one pair, from begin to end; distance and penetration are
+//!   different fields.
 //! * [`ToolClearance`] – one tool pose among fixed solids: which tool axes are free.
-//! * [`OrientationSpace`] – all axes of a tool at a contact: which are free, with proof (module text of `orientation`).
+//! * [`OrientationSpace`] – all axes of a tool at a contact: which are free, with proof (module text of
+//!   `orientation`).
 //! * [`SolidPair`] – distance of two meshes in pose after pose.
 //! * [`Clearance`] – smallest distance measured, and the lower bound that is proved as the check needs it.
 //! * [`PairClearance`], [`ProvedSpan`] – least distance of each pair over the motion, and what proves it.
@@ -55,17 +58,19 @@
 //!    +----t1-t2-------> t
 //! ```
 //!
-//! 1. Every pair keeps the distance that was last proved, less the motion since then. A query is made only when that is
-//!    used up. All pairs together keep the smallest of these allowances, so that most pieces cost one scalar product.
-//! 2. Distances are bounded: a query stops when it has proved that the parts are further apart than is needed.
+//! 1. Every pair keeps the distance that was last proved, less the motion since then. A query is made only
+//!    when that is used up. All pairs together keep the smallest of these allowances, so that most pieces
+//!    cost one scalar product.
+//! 2. Distances are bounded: a query stops when it has proved that the parts are further apart than is
+//!    needed.
 //! 3. Tools are exact convex bodies of revolution (support functions of their generating curves). GJK finds a
 //!    direction, the gap between two planes across it is the proved distance, within 1e-7 mm of the true one.
 //!    Meshes are compared triangle by triangle in closed form, down two trees of boxes at once
 //!    ([`nearest_leaves`]), starting with those that were nearest last time. A bounded query that finds
 //!    nothing proves a distance all the same: the smallest bound of what it left out.
-//! 4. Skins alone do not show a part wholly inside another: at the start, after a tool change and after a contact, the
-//!    winding number of a point of each part about the other is tested. Skins that never met cannot change it.
-//!    A mesh that is not closed has no defined inside: its surface is checked, and
+//! 4. Skins alone do not show a part wholly inside another: at the start, after a tool change and after a
+//!    contact, the winding number of a point of each part about the other is tested. Skins that never met
+//!    cannot change it. A mesh that is not closed has no defined inside: its surface is checked, and
 //!    [`Interference::mesh_faults`] names it.
 //! 5. A failed query and joints that are not numbers count as collisions.
 //!

@@ -1,4 +1,5 @@
-//! Machine bodies of neighboring joints: they slide or turn on each other, so that they touch where they are borne.
+//! Machine bodies of neighboring joints: they slide or turn on each other, so that they touch where they are
+//! borne.
 //!
 //! Of such a pair the *volume of the bearing* is left out, and the rest is checked as everything else is.
 //! What bears is what is near or inside of the other at rest (the joint at zero, or at the end of its travel
@@ -45,7 +46,8 @@ const CELL_MM: f64 = 4.0;
 const GROWN: usize = 2;
 /// What is nearer than the clearance and this, mm, bears.
 const BEARING_MM: f64 = 2.0;
-/// Most by which the zone reaches beyond what bears, mm: the cells that it is grown by, and the one that they begin in.
+/// Most by which the zone reaches beyond what bears, mm: the cells that it is grown by, and the one that they
+/// begin in.
 pub const ZONE_MM: f64 = (GROWN + 1) as f64 * CELL_MM;
 /// Most triangles that a body may be parted into at the border of its zone; beyond it pieces are kept whole,
 /// which only checks more.
@@ -53,7 +55,8 @@ const MOST_PIECES: usize = 400_000;
 /// Rounding of corners, mm.
 const ROUND_MM: f64 = 1e-6;
 
-/// Most by which a range is proved for more slack than was asked for, mm: less than the tolerance of any answer.
+/// Most by which a range is proved for more slack than was asked for, mm: less than the tolerance of any
+/// answer.
 const SPARE_MM: f64 = 1e-4;
 
 /// A range that nothing lies in.

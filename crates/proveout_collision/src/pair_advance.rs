@@ -76,7 +76,8 @@ pub(crate) struct CheckedPair {
     pub(crate) ring: Option<RingState>,
     /// In the group of the pairs nearest to what needs to be known of them.
     pub(crate) tight: bool,
-    /// The distance did not reach to the end of a step; what lies between two places is asked for at once now.
+    /// The distance did not reach to the end of a step; what lies between two places is asked for at once
+    /// now.
     pub(crate) slides: bool,
     /// Least distance that was found of it, mm: as far as that the proof of the least clearance will ask.
     pub(crate) least_found: f64,
@@ -210,7 +211,8 @@ impl Interference {
             let limit = need + self.pairs[i].reach;
             match self.measure(i, step, t, [need, limit]) {
                 Separation::Beyond(proved) | Separation::Between([proved, _], ..) => {
-                    // A pair without triangles is infinitely far; what is kept stays a number that can be counted down.
+                    // A pair without triangles is infinitely far; what is kept stays a number that can be
+                    // counted down.
                     let proved = proved.min(MOST_PROVED_MM);
                     self.store_distance(i, proved, step, t);
                     self.pairs[i].reach = (2.0 * self.pairs[i].reach).min(LAST_REACH_MM);
@@ -222,7 +224,8 @@ impl Interference {
                 Separation::Meeting(point) => self.open(i, Severity::Collision, step, t, 0.0, &point, false),
                 Separation::At(d, p, q) => {
                     let middle = nalgebra::center(&p, &q);
-                    // Not down to the threshold at once: the proved bound stays near the smallest distance measured.
+                    // Not down to the threshold at once: the proved bound stays near the smallest distance
+                    // measured.
                     let watched = self.watch_distance(&self.pairs[i]) + step.slack;
                     let safe = floor.max(watched.min(floor + 0.9 * (d - floor)));
                     match next_advance(t, d, mu, [floor, safe], TOLERANCE_MM) {

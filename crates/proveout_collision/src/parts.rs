@@ -9,7 +9,8 @@ use proveout_tool::{Role, Tool};
 use crate::report::{CollisionError, PartKind, Unchecked};
 use crate::shape::{MeshShape, PartShape, Revolved, ShapeFault};
 
-/// Travel assumed for a linear joint at first where none is stated, mm to either side; it is widened when left.
+/// Travel assumed for a linear joint at first where none is stated, mm to either side; it is widened when
+/// left.
 const TRAVEL_GUESS_MM: f64 = 500.0;
 
 /// Roles of machine bodies that are there to bear on their neighbor.
@@ -121,7 +122,8 @@ pub(crate) fn mesh_shape(
 ) -> Result<MeshShape, CollisionError> {
     let made = match wanted {
         MeshDemand::Nothing => {
-            // A body that is only drawn may be anything; its place is taken by a block that nothing is checked against.
+            // A body that is only drawn may be anything; its place is taken by a block that nothing is
+            // checked against.
             let b = proveout_geom::Aabb { min: Point::origin(), max: Point::new(1.0, 1.0, 1.0) };
             MeshShape::new(&proveout_geom::box_mesh(&b))
         }
@@ -245,8 +247,8 @@ impl Envelope {
     }
 }
 
-/// How far a point of one part moves against the other for a unit of each joint: 1 for a linear joint between them, the
-/// farthest distance from the axis (mm) for a rotary one, 0 for a joint that moves both or none.
+/// How far a point of one part moves against the other for a unit of each joint: 1 for a linear joint between
+/// them, the farthest distance from the axis (mm) for a rotary one, 0 for a joint that moves both or none.
 ///
 /// Only the joints between them move one part against the other; each contributes at most its own
 /// share, whichever the positions of the others (triangle inequality along a path on which one

@@ -44,7 +44,8 @@ impl PartKind {
 pub enum Severity {
     /// Nearer than the clearance asked for, not touching.
     NearMiss,
-    /// Touching, overlapping, or one inside of the other; or so near that this is not excluded (0.2 micrometers).
+    /// Touching, overlapping, or one inside of the other; or so near that this is not excluded (0.2
+    /// micrometers).
     Collision,
     /// The distance could not be computed; counts as a collision.
     QueryFailed,
@@ -71,8 +72,8 @@ pub struct Breach {
     pub distance: f64,
     /// Smallest distance measured while the breach lasts, mm.
     pub least_distance: f64,
-    /// Deepest penetration seen while the breach lasts, mm: a lower estimate, taken at ends of pieces. None while the
-    /// parts only touch or are near.
+    /// Deepest penetration seen while the breach lasts, mm: a lower estimate, taken at ends of pieces. None
+    /// while the parts only touch or are near.
     pub penetration_estimate: Option<f64>,
     /// One part lies wholly inside of the other.
     pub inside: bool,

@@ -1,4 +1,5 @@
-//! Shapes as the distance queries see them. Types of the query library stay inside this file and `distance.rs`.
+//! Shapes as the distance queries see them. Types of the query library stay inside this file and
+//! `distance.rs`.
 
 use parry3d_f64::math::{Pose as ParryPose, Vector as ParryVector};
 use parry3d_f64::shape::{SupportMap, TriMesh as ParryMesh, TriMeshFlags};
@@ -67,7 +68,8 @@ impl Revolved {
         (self.ball().map_or(low, |(center, _)| center), high, radius)
     }
 
-    /// Largest component of its points along a direction of any length: that of the support point, without the point.
+    /// Largest component of its points along a direction of any length: that of the support point, without
+    /// the point.
     pub(crate) fn height(&self, along: &Vector) -> f64 {
         let (across, up) = ((along.x * along.x + along.y * along.y).sqrt(), along.z);
         let corners = self.corners.iter().map(|p| p[0] * across + p[1] * up).fold(f64::NEG_INFINITY, f64::max);
@@ -169,7 +171,8 @@ impl MeshShape {
 
     /// A mesh that bounds a solid, or one with holes or turned faces, of which only the surface is known.
     pub(crate) fn surface(mesh: &TriMesh) -> Result<Self, ShapeFault> {
-        // Bodies are often several closed shells that touch: joining their vertices would hide that each is closed.
+        // Bodies are often several closed shells that touch: joining their vertices would hide that each is
+        // closed.
         let (solid, open) = match mesh.check_solid() {
             Ok(()) => (mesh.clone(), None),
             Err(MeshError::Index { triangle, vertex, vertices }) => {
@@ -199,9 +202,10 @@ impl MeshShape {
         self.tree.vertices().iter().map(|v| from_parry(*v))
     }
 
-    /// True when the point is inside: its winding number, the sum of the signed solid angles of all triangles over the
-    /// full sphere (van Oosterom and Strackee 1983), is above one half. Unlike the sign of the nearest face, this is
-    /// right where shells of one body overlap. Nothing is known to be inside of an open mesh.
+    /// True when the point is inside: its winding number, the sum of the signed solid angles of all triangles
+    /// over the full sphere (van Oosterom and Strackee 1983), is above one half. Unlike the sign of the
+    /// nearest face, this is right where shells of one body overlap. Nothing is known to be inside of an open
+    /// mesh.
     pub(crate) fn contains(&self, p: &Point) -> bool {
         let q = to_parry(p);
         if self.faults.open.is_some() || !self.tree.local_aabb().contains_local_point(q) {

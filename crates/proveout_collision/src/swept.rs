@@ -472,7 +472,8 @@ mod tests {
                 of(0).inverse() * Pose::from_translation(slide * (length * t)) * first * of(1) * second * of(2)
             };
             let p = Point::new(random(-30.0, 30.0), random(-30.0, 30.0), random(-30.0, 30.0));
-            // Levers of the point: those of the inner two are fixed, that of the outer one changes along the way.
+            // Levers of the point: those of the inner two are fixed, that of the outer one changes along the
+            // way.
             let lever = |k: usize, q: Point| q.coords.cross(&axes[k]).norm();
             let inner = [lever(2, p), p.coords.norm() + second.translation.norm()];
             let outer = (0..=50).map(|i| pose(f64::from(i) / 50.0).point(&p).coords.norm()).fold(0.0, f64::max);

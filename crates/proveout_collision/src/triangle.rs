@@ -6,7 +6,8 @@
 //! vertices over a face. They cross where an edge of one passes through the face of the other; triangles in
 //! one plane cross with their edges.
 //!
-//! Degenerate triangles have no face but still have edges, whose distances are those of segments, or of points.
+//! Degenerate triangles have no face but still have edges, whose distances are those of segments, or of
+//! points.
 //!
 //! Each candidate is a distance between two points of the triangles, so rounding never makes it smaller than
 //! what is there by more than 1e-15 of the coordinates. It can be larger: of two edges that are almost
@@ -286,7 +287,8 @@ mod tests {
         let at = Point::new;
         let floor = [at(0.0, 0.0, 0.0), at(9.0, 0.0, 0.0), at(0.0, 9.0, 0.0)];
         let cases = [
-            // Vertex over the face; edge over the face, parallel to it; faces parallel and one over the other.
+            // Vertex over the face; edge over the face, parallel to it; faces parallel and one over the
+            // other.
             ([at(1.0, 1.0, 2.0), at(2.0, 1.0, 5.0), at(1.0, 2.0, 5.0)], 2.0),
             ([at(1.0, 1.0, 3.0), at(2.0, 2.0, 3.0), at(1.0, 2.0, 5.0)], 3.0),
             ([at(1.0, 1.0, 4.0), at(2.0, 1.0, 4.0), at(1.0, 2.0, 4.0)], 4.0),

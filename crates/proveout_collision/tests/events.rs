@@ -54,7 +54,8 @@ fn machine() -> Machine {
     Machine::from_text(Path::new("test.toml"), &text).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Ball of radius 6 with 20 mm of flutes, a shank of radius 5, a holder of radius 30 from 50 mm over the tip on.
+/// Ball of radius 6 with 20 mm of flutes, a shank of radius 5, a holder of radius 30 from 50 mm over the tip
+/// on.
 fn tool() -> Tool {
     let section = |diameter, length| HolderSection { diameter, top_diameter: diameter, length };
     ToolBuilder::new(1, "BALL", Cutter::ball(2.0 * R).expect("ball"), 20.0, GAUGE)

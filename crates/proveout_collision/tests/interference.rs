@@ -1,5 +1,5 @@
-//! Interference against dense sampling by an oracle that shares no code: points on the tool's surface, placed by the
-//! forward kinematics of the machine, against closed-form distances of boxes.
+//! Interference against dense sampling by an oracle that shares no code: points on the tool's surface, placed
+//! by the forward kinematics of the machine, against closed-form distances of boxes.
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -92,8 +92,8 @@ fn skin(tool: &Tool, step: f64) -> Vec<Point> {
     points
 }
 
-/// Smallest signed distance of skin points from a box in K: an upper bound of the distance of the tool, at most `step`
-/// too large.
+/// Smallest signed distance of skin points from a box in K: an upper bound of the distance of the tool, at
+/// most `step` too large.
 fn sampled_distance(skin: &[Point], pose: &ToolPose, b: &Aabb) -> f64 {
     let across = if pose.axis.x.abs() < 0.9 { Vector::x() } else { Vector::y() };
     let u = across.cross(&pose.axis).normalize();
@@ -169,7 +169,8 @@ fn a_thin_plate_between_two_positions_is_found() {
     check.set_tool(Some(&tool()));
     let new = check.check_piece(&at(-200.0, 0.0, 50.0, 0.0, 0.0), &at(200.0, 0.0, 50.0, 0.0, 0.0), [2.0, 6.0], 0.0);
     assert!(!new.is_empty());
-    // The first that meets the plate is the holder of radius 30 at x = 10 - 30, 180 of 400 mm after the begin.
+    // The first that meets the plate is the holder of radius 30 at x = 10 - 30, 180 of 400 mm after the
+    // begin.
     let first = check.breaches().iter().min_by(|a, b| a.time.total_cmp(&b.time)).expect("one");
     assert_eq!(first.kinds[0], PartKind::Holder);
     assert!(first.time <= 2.0 + 4.0 * 180.0 / 400.0 && first.time > 2.0 + 4.0 * 179.98 / 400.0, "{}", first.time);
@@ -369,7 +370,8 @@ fn the_same_motion_in_other_pieces_gives_the_same_times() {
     assert_eq!(many.clearance(), again.clearance());
     for (kind, severity) in [(PartKind::Cutter, Severity::NearMiss), (PartKind::Cutter, Severity::Collision)] {
         let (a, b) = (first(&one, kind, severity), first(&many, kind, severity));
-        // The tolerance of 5 micrometers at about 300 mm a second, at any angle of approach here above a degree.
+        // The tolerance of 5 micrometers at about 300 mm a second, at any angle of approach here above a
+        // degree.
         assert!(a.is_finite() && (a - b).abs() < 2e-3, "{kind:?} {severity:?}: {a} {b}");
     }
     assert!(many.queries() < 40 * u64::from(many.pairs().len() as u32) + 6000, "{} queries", many.queries());
@@ -537,7 +539,8 @@ fn a_joint_that_turns_back_within_a_piece_is_held_by_what_it_leaves_its_straight
     assert!(check.breaches()[new].iter().all(|b| b.severity == Severity::QueryFailed));
 }
 
-/// Curved motions of all joints, with reversals inside: parabolas about a straight motion, against dense sampling.
+/// Curved motions of all joints, with reversals inside: parabolas about a straight motion, against dense
+/// sampling.
 #[test]
 fn what_is_proved_holds_for_every_motion_within_the_deviation_of_its_joints() {
     let machine = machine();

@@ -1,4 +1,5 @@
-//! Needles and plates at known small distances from the parts of a tool: nothing that keeps apart is called a contact.
+//! Needles and plates at known small distances from the parts of a tool: nothing that keeps apart is called a
+//! contact.
 //!
 //! `PROVEOUT_NEEDLES=5000 cargo test -p proveout_collision --test collision needles::` makes five thousand of
 //! each kind; without the variable it is a hundredth.
@@ -54,7 +55,8 @@ fn machine(point: &Point, axis: &Vector) -> Machine {
     Machine::from_text(Path::new("test.toml"), &text).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// A convex tool of one radius: the shank as thick as the cutter, no holder. So the part that is near is all of it.
+/// A convex tool of one radius: the shank as thick as the cutter, no holder. So the part that is near is all
+/// of it.
 fn tool(kind: usize) -> Tool {
     let cutter = match kind {
         0 => Cutter::flat(20.0),
@@ -101,7 +103,8 @@ fn thin(random: &mut Random) -> Vector {
     }
 }
 
-/// A body near the tool whose tip is at the origin: the box in the frame of the table, and what is known of it.
+/// A body near the tool whose tip is at the origin: the box in the frame of the table, and what is known of
+/// it.
 struct Near {
     mesh: TriMesh,
     /// Where its planes have their distance, and their normal.
@@ -115,7 +118,8 @@ fn near(random: &mut Random, kind: usize) -> Near {
     let size = thin(random);
     let distance = 10_f64.powf(random.next(-3.0, -1.0));
     let mesh = box_mesh(&Aabb { min: Point::from(size * -0.5), max: Point::from(size * 0.5) });
-    // Any turn; now and then a face or an edge of the box lies along the plane, or an axis along that of the tool.
+    // Any turn; now and then a face or an edge of the box lies along the plane, or an axis along that of the
+    // tool.
     let helper = if normal.x.abs() < 0.6 { Vector::x() } else { Vector::y() };
     let u = normal.cross(&helper).normalize();
     let frame = Matrix3::from_columns(&[u, normal.cross(&u), normal]);

@@ -1,4 +1,5 @@
-//! Machine bodies of neighboring joints: shipped machines through their travels, and crashes at places of closed form.
+//! Machine bodies of neighboring joints: shipped machines through their travels, and crashes at places of
+//! closed form.
 
 use std::path::{Path, PathBuf};
 

@@ -166,7 +166,8 @@ fn a_cutter_in_a_fillet_is_as_round_as_it_must_be() {
         "a ball in a groove of its own radius fits"
     );
     assert_eq!(free.map(&cylinder(3.01)).unwrap().refusal(), None);
-    // A torus-shaped fillet is hollow both ways: the larger hollow counts, whatever the direction of the feed.
+    // A torus-shaped fillet is hollow both ways: the larger hollow counts, whatever the direction of the
+    // feed.
     let turned = [Vector::new(0.6, 0.8, 0.0), Vector::new(-0.8, 0.6, 0.0)];
     let torus = |a: f64, b: f64| SurfaceContact {
         curvatures: Some([(-1.0 / a, turned[0]), (-1.0 / b, turned[1])]),
@@ -194,7 +195,8 @@ fn a_cutter_in_a_fillet_is_as_round_as_it_must_be() {
                 assert!(state == AxisState::Blocked || tilt > limit - 3.0 * HALF_DEGREE, "{tilt} {limit} {state:?}");
             }
         }
-        // Leaning across the fillet, its corner radius of 1 mm is in the hollow direction: round enough at every tilt.
+        // Leaning across the fillet, its corner radius of 1 mm is in the hollow direction: round enough at
+        // every tilt.
         assert!(map.is_free(&map.axis(0.3, FRAC_PI_2)) && map.is_free(&map.axis(1.2, FRAC_PI_2)));
     }
 }
@@ -335,7 +337,8 @@ fn map_limit(space: &OrientationSpace) -> f64 {
     space.tilt_limit() * (1.0 - 1e-12)
 }
 
-/// The cutter touches its contact and no plane across the normal is passed: in every pose, by points of the tool.
+/// The cutter touches its contact and no plane across the normal is passed: in every pose, by points of the
+/// tool.
 #[test]
 fn poses_touch_at_the_contact() {
     let contact = SurfaceContact {

@@ -197,7 +197,8 @@ fn event(random: &mut Random, family: u32) -> Event {
                 let c = way[0][4] + (way[1][4] - way[0][4]) * t;
                 (round_apart([arm * c.cos(), -arm * c.sin()], &post) - radius).max(0.0)
             };
-            // Short of the post, or once more round to it from the other side: sampled finely, far from the border.
+            // Short of the post, or once more round to it from the other side: sampled finely, far from the
+            // border.
             let least = (0..=20_000).map(|k| at(f64::from(k) / 20_000.0)).fold(f64::INFINITY, f64::min);
             let hit = if reaches { hit } else { least <= 0.0 };
             Event { what: "pin, swung", machine, stock, mount, way, distance: Box::new(at), hit }
@@ -434,7 +435,8 @@ fn joints_that_leave_the_straight_motion_are_held_against_the_distance() {
     }
 }
 
-/// The last ray may stand a whole cell beside the edges of a block: half a diagonal would miss what touches its corner.
+/// The last ray may stand a whole cell beside the edges of a block: half a diagonal would miss what touches
+/// its corner.
 #[test]
 fn a_corner_needs_the_whole_diagonal() {
     let mut machine = machine();

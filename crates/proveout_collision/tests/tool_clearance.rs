@@ -1,4 +1,5 @@
-//! Clearance of one tool pose against distances of densely sampled points of the tool from a box in closed form.
+//! Clearance of one tool pose against distances of densely sampled points of the tool from a box in closed
+//! form.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +18,8 @@ fn tool() -> Tool {
         .expect("tool")
 }
 
-/// Least distance from a box of points on neck, shank and holder, 0.5 mm along the axis and 7.5 degrees round it.
+/// Least distance from a box of points on neck, shank and holder, 0.5 mm along the axis and 7.5 degrees round
+/// it.
 fn sampled(tool: &Tool, pose: &ToolPose, solid: &Aabb) -> f64 {
     let u = pose.axis.cross(&if pose.axis.x.abs() < 0.9 { Vector::x() } else { Vector::y() }).normalize();
     let v = pose.axis.cross(&u);

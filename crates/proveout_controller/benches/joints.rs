@@ -47,7 +47,8 @@ fn raster(blocks: usize) -> Vec<([f64; 3], [f64; 3])> {
         .collect()
 }
 
-/// The raster with the rotary axes of a machine: `Rz(C) Ry(B)` or `Rx(A) Ry(B)` times the upright tool gives the axis.
+/// The raster with the rotary axes of a machine: `Rz(C) Ry(B)` or `Rx(A) Ry(B)` times the upright tool gives
+/// the axis.
 fn program(letter: char, blocks: usize, origin: [f64; 3]) -> common::Program {
     let points = raster(blocks);
     let mut program = common::Program::default().change(1).continuous(0.01).feed(80.0);

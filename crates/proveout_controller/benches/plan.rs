@@ -1,4 +1,5 @@
-//! Blocks planned a second: short five-axis blocks with tool center point control, and short three-axis blocks.
+//! Blocks planned a second: short five-axis blocks with tool center point control, and short three-axis
+//! blocks.
 
 use std::{convert::Infallible, hint::black_box};
 

@@ -1,5 +1,5 @@
-//! The drives behind the set points: inner steps a second of one joint, loads by Newton-Euler, and whole runs with the
-//! drives on against the time of the simulated machine, on one core.
+//! The drives behind the set points: inner steps a second of one joint, loads by Newton-Euler, and whole runs
+//! with the drives on against the time of the simulated machine, on one core.
 //!
 //! Times are those of the thread on the processor where the system tells them (Linux), so that other work on
 //! the machine does not count.

@@ -60,7 +60,8 @@ struct ProgramState {
     position: Position,
     tool: Option<usize>,
     edge_on: bool,
-    /// What the program adds to the length of the tool: by so much the control takes it for longer than it is, mm.
+    /// What the program adds to the length of the tool: by so much the control takes it for longer than it
+    /// is, mm.
     delta_length: f64,
     tcp: Tcp,
     /// Point that stays while rotary axes turn under tool center point control: so much ahead of the tip, mm.
@@ -231,8 +232,8 @@ where
     /// The next stretch of the run; none after the end.
     ///
     /// # Errors
-    /// What the source of commands reports, and commands that the control refuses. After an error there is no further
-    /// chunk.
+    /// What the source of commands reports, and commands that the control refuses. After an error there is no
+    /// further chunk.
     pub fn next_chunk(&mut self) -> Result<Option<Chunk>, RunError<E>> {
         let Some(mut chunk) = self.next_planned()? else { return Ok(None) };
         if let Some(servo) = &mut self.servo {
@@ -427,7 +428,8 @@ where
         self.check_coordinates(motion, mapping, location)?;
         // The base coordinates change only once the motion is accepted.
         self.move_along(pace, location, mapping, path, motion.exact_stop)?;
-        // Positions of axes say nothing about the coordinates of the tip on the table, or without the tool length.
+        // Positions of axes say nothing about the coordinates of the tip on the table, or without the tool
+        // length.
         let of_axes = motion.machine_coordinates && (self.state.tcp.on || !self.settings.length_in_machine_coordinates);
         for letter in 0..AXIS_LETTERS.len() {
             let told = motion.end_base.get(letter);

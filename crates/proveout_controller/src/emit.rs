@@ -63,7 +63,8 @@ pub(crate) struct Emitter {
     before: [JointValues; REACH],
     limits: JointLimits,
     parts: LimitReciprocals,
-    /// Worst excess of the set points over a limit of a joint in the block under way, with its time and what it is.
+    /// Worst excess of the set points over a limit of a joint in the block under way, with its time and what
+    /// it is.
     broken: Option<(f64, (usize, usize, f64, f64))>,
 }
 

@@ -1,7 +1,8 @@
 //! Closed forms of velocity changes with bounded acceleration and jerk.
 //!
-//! A *ramp* changes the speed from `v0` to `v1` with zero acceleration at both ends, in the shortest time under the
-//! limits A and J. Its acceleration is a symmetric trapezoid (or triangle) in time, so that with `dv = |v1 - v0|`
+//! A *ramp* changes the speed from `v0` to `v1` with zero acceleration at both ends, in the shortest time
+//! under the limits A and J. Its acceleration is a symmetric trapezoid (or triangle) in time, so that with
+//! `dv = |v1 - v0|`
 //!
 //! ```text
 //!    a                      T = dv/A + A/J          if dv > A^2/J      (three phases)
@@ -12,8 +13,8 @@
 //!      tj   tc   tj
 //! ```
 //!
-//! The classical seven-phase move (for example Biagiotti and Melchiorri 2008, section 3.4) is two ramps and a cruise
-//! between them; [`peak_speed`] finds the speed of the cruise.
+//! The classical seven-phase move (for example Biagiotti and Melchiorri 2008, section 3.4) is two ramps and a
+//! cruise between them; [`peak_speed`] finds the speed of the cruise.
 
 /// Width of the bracket at which the search for a speed ends, part of it.
 const FOUND: f64 = 1e-14;
@@ -93,8 +94,8 @@ pub(crate) fn reach(v0: f64, distance: f64, r: Rates) -> f64 {
     v0 + (-c / (half + (half * half - c).max(0.0).sqrt())).max(0.0)
 }
 
-/// Speed after `distance` of the hardest acceleration from `v0`: jerk up to the full acceleration, which then stays on.
-/// An upper bound for every motion that leaves `v0` with zero acceleration.
+/// Speed after `distance` of the hardest acceleration from `v0`: jerk up to the full acceleration, which then
+/// stays on. An upper bound for every motion that leaves `v0` with zero acceleration.
 pub(crate) fn max_speed_after(v0: f64, distance: f64, r: Rates) -> f64 {
     if distance <= 0.0 {
         return v0;
@@ -140,7 +141,8 @@ fn positive_root(p: f64, q: f64) -> f64 {
     x.max(0.0)
 }
 
-/// Highest speed `<= ceiling` between a ramp up from `v0` and a ramp down to `v1` that both fit into `distance`.
+/// Highest speed `<= ceiling` between a ramp up from `v0` and a ramp down to `v1` that both fit into
+/// `distance`.
 ///
 /// Returns max(v0, v1) when not even that fits.
 pub(crate) fn peak_speed(v0: f64, v1: f64, distance: f64, ceiling: f64, up: Rates, down: Rates) -> f64 {

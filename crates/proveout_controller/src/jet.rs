@@ -1,8 +1,8 @@
 //! Functions of the path parameter up to the third order.
 //!
-//! A jet holds Taylor coefficients `[f, f', f''/2, f'''/6]` at one place. Sums and products of jets are the truncated
-//! products of power series, so that derivatives of long expressions are exact without writing them out (Griewank and
-//! Walther 2008, chapter 13).
+//! A jet holds Taylor coefficients `[f, f', f''/2, f'''/6]` at one place. Sums and products of jets are the
+//! truncated products of power series, so that derivatives of long expressions are exact without writing them
+//! out (Griewank and Walther 2008, chapter 13).
 
 use proveout_geom::{Vector, sin_cos};
 use proveout_machine::JointValues;
@@ -100,8 +100,8 @@ impl<const N: usize> VectorJet<N> {
         out
     }
 
-    /// Turned about the line through the origin along the unit vector `axis` (Rodrigues 1840) by the angle whose sine
-    /// and cosine are given.
+    /// Turned about the line through the origin along the unit vector `axis` (Rodrigues 1840) by the angle
+    /// whose sine and cosine are given.
     #[inline]
     pub(crate) fn turned(&self, axis: &Vector, sine: &Jet<N>, cosine: &Jet<N>) -> Self {
         for k in 0..3 {

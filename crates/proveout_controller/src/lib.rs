@@ -1,15 +1,18 @@
 //! The twin's numerical control: canonical commands in, motion of the machine out.
 //!
-//! It applies tool lengths, tool center point control (RTCP) and machine coordinates, rounds corners within tolerances,
-//! plans the feed with look-ahead under the velocity, acceleration and jerk limits of every joint, and samples the
-//! motion at the cycle of the control. Executed motion leaves as a stream of [`Chunk`]s, so that memory does not grow
-//! with the program.
+//! It applies tool lengths, tool center point control (RTCP) and machine coordinates, rounds corners within
+//! tolerances, plans the feed with look-ahead under the velocity, acceleration and jerk limits of every
+//! joint, and samples the motion at the cycle of the control. Executed motion leaves as a stream of
+//! [`Chunk`]s, so that memory does not grow with the program.
 //!
 //! # Data
 //!
-//! In: [`proveout_nc::Command`]s, a [`proveout_machine::Machine`], tools, [`Settings`]. Out, in mm, radian and second:
-//! * [`Piece`] – tool motion in the table frame K for removal and interference checks, with a bound of its error;
-//! * [`Sample`] – set points of the joints with three derivatives at each control cycle, and what the drives do;
+//! In: [`proveout_nc::Command`]s, a [`proveout_machine::Machine`], tools, [`Settings`]. Out, in mm, radian
+//! and second:
+//! * [`Piece`] – tool motion in the table frame K for removal and interference checks, with a bound of its
+//!   error;
+//! * [`Sample`] – set points of the joints with three derivatives at each control cycle, and what the drives
+//!   do;
 //! * [`Event`] – tool changes, spindle, limits passed; [`BlockRecord`] – begin and end of every block;
 //! * [`Summary`] – times, lower bound of the time, extremes of the joints.
 //!
@@ -51,10 +54,11 @@
 //!
 //! # Axis dynamics
 //!
-//! With [`Dynamics::Servo`] the planned stream goes through the drives of the machine file (`servo`): cascade control,
-//! friction, backlash, one elastic mode and force limit a joint, in exact discrete form, loaded by the machine's bodies
-//! (`dynamics`: recursive Newton-Euler, or Rapier as plant). Times, blocks and set points stay those of the plan;
-//! `Sample::actual` and the pieces are those of the loads. The control does not wait for the drives at exact stops.
+//! With [`Dynamics::Servo`] the planned stream goes through the drives of the machine file (`servo`): cascade
+//! control, friction, backlash, one elastic mode and force limit a joint, in exact discrete form, loaded by
+//! the machine's bodies (`dynamics`: recursive Newton-Euler, or Rapier as plant). Times, blocks and set
+//! points stay those of the plan; `Sample::actual` and the pieces are those of the loads. The control does
+//! not wait for the drives at exact stops.
 //!
 //! # Geometric errors
 //!

@@ -16,8 +16,8 @@ use proveout_machine::{MAX_JOINTS, Machine};
 
 use crate::{jerk_ramp::Rates, look_ahead::SpeedCell, path::WayMeasure, shape::DerivativeBounds};
 
-/// Speed along the path where nothing limits it, mm/s or degrees a second: a thousand times that of real machines, and
-/// finite, so that the plan stays finite on a machine without limits.
+/// Speed along the path where nothing limits it, mm/s or degrees a second: a thousand times that of real
+/// machines, and finite, so that the plan stays finite on a machine without limits.
 pub(crate) const UNLIMITED_SPEED: f64 = 1e6;
 /// Part of the acceleration limit that the curvature of the path may use at V.
 const CURVATURE_ACCELERATION: f64 = 0.8;
@@ -187,11 +187,12 @@ fn cross(second: f64, speed: f64, acceleration: f64) -> f64 {
     if second > 0.0 { 3.0 * second * speed * acceleration } else { 0.0 }
 }
 
-/// Shortest time over cells with V and A alone, from rest to rest (or from and to any speed where `open`): forward and
-/// backward reachability of s.^2, exact for limits that are constant in each cell.
+/// Shortest time over cells with V and A alone, from rest to rest (or from and to any speed where `open`):
+/// forward and backward reachability of s.^2, exact for limits that are constant in each cell.
 ///
-/// A lower bound of the time of every motion over the same path: V and A of the `bound` cells are no smaller than what
-/// the joints' limits allow anywhere in the cell. Each cell takes its least time at the feed in any case.
+/// A lower bound of the time of every motion over the same path: V and A of the `bound` cells are no smaller
+/// than what the joints' limits allow anywhere in the cell. Each cell takes its least time at the feed in any
+/// case.
 pub(crate) fn bound_time(limits: &[CellLimits], open: [bool; 2]) -> f64 {
     let cells: Vec<SpeedCell> = limits.iter().map(|c| c.bound).collect();
     let n = cells.len();
@@ -227,7 +228,8 @@ pub(crate) fn bound_time(limits: &[CellLimits], open: [bool; 2]) -> f64 {
     time
 }
 
-/// Lowers the limits of a cell after a sample was found at `velocity`, `acceleration` and `jerk` times the limits.
+/// Lowers the limits of a cell after a sample was found at `velocity`, `acceleration` and `jerk` times the
+/// limits.
 pub(crate) fn slow_down(limits: &mut CellLimits, ratios: [f64; 3]) {
     let [v, a, j] = ratios.map(|r| r.max(1.0));
     let margin = 1.002;

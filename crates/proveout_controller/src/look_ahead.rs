@@ -1,4 +1,5 @@
-//! Look-ahead: the fastest time law over a path whose cells limit speed, acceleration and jerk along the path.
+//! Look-ahead: the fastest time law over a path whose cells limit speed, acceleration and jerk along the
+//! path.
 //!
 //! The path is cut into cells; within a cell the limits V, A and J of the path parameter are constants that
 //! were derived from the joints (see `limits.rs`), so that a law which keeps them keeps every joint limit.
@@ -14,11 +15,12 @@
 //! ```
 //!
 //! 1. *Forward chain*, from left to right. From an anchor (cell border, speed, zero acceleration) the hardest
-//!    acceleration (`max_speed_after`) is followed as long as it keeps below every V; rates are the smallest of the
-//!    cells passed.
-//!    From the first cell whose V it would pass, the lowest V since is the speed at which the ramp must end; the next
-//!    anchor is the end of the cell where a ramp with zero final acceleration gets there. A cell with other rates may
-//!    close the ramp before it begins, if that gives the higher speed after it. Where V falls, the chain falls at once.
+//!    acceleration (`max_speed_after`) is followed as long as it keeps below every V; rates are the smallest
+//!    of the cells passed.
+//!    From the first cell whose V it would pass, the lowest V since is the speed at which the ramp must end;
+//!    the next anchor is the end of the cell where a ramp with zero final acceleration gets there. A cell
+//!    with other rates may close the ramp before it begins, if that gives the higher speed after it. Where V
+//!    falls, the chain falls at once.
 //! 2. *Backward chain*: the same from right to left.
 //! 3. *Join*. Anchors of f with f <= w and anchors of w with w <= f are the nodes of the law. A crossing of f
 //!    and w lies between a node of f and a node of w; the ramps there are replaced by ramp, cruise and ramp.
@@ -31,8 +33,9 @@
 //!
 //! The cost is linear in the number of cells: each is visited a bounded number of times by every pass.
 //!
-//! Limits of the method: acceleration is zero at anchors, so that a long stair of closely spaced V costs some time, and
-//! a ramp takes the smallest rates of the cells that it passes. What that costs, `retime.rs` takes back.
+//! Limits of the method: acceleration is zero at anchors, so that a long stair of closely spaced V costs some
+//! time, and a ramp takes the smallest rates of the cells that it passes. What that costs, `retime.rs` takes
+//! back.
 
 use crate::{
     jerk_ramp::{Rates, max_speed_after, peak_speed, ramp_distance, reach},
@@ -50,7 +53,8 @@ pub(crate) struct SpeedCell {
     pub(crate) rates: Rates,
 }
 
-/// Two speeds (relative) that count as equal where the chains are compared: far above rounding, far below any effect.
+/// Two speeds (relative) that count as equal where the chains are compared: far above rounding, far below any
+/// effect.
 const SAME: f64 = 1e-9;
 /// Speeds that differ by no more than this are equal near a standstill, where no part of them is.
 const REST: f64 = 1e-12;
@@ -172,7 +176,8 @@ impl SpeedPlan {
         }
         let forward = chain(|k| cells[k], &|k| borders[k], n, v_start);
         let mirrored = chain(|k| cells[n - 1 - k], &|k| borders[n] - borders[n - k], n, v_end);
-        // The mirrored legs in the sense of travel: plateau at v[0] from `from`, then ramp down to v[1] at `to`.
+        // The mirrored legs in the sense of travel: plateau at v[0] from `from`, then ramp down to v[1] at
+        // `to`.
         let backward: Vec<ChainLeg> = mirrored
             .iter()
             .rev()

@@ -8,7 +8,8 @@ use crate::{jet::JointJet, rtcp::Rig};
 pub(crate) struct Mapping {
     /// Tool center point control with this tool length, mm; none: task coordinates are the joints.
     pub(crate) tcp_length: Option<f64>,
-    /// Gauge length of the tool in the spindle, mm; zero for an empty spindle (the gauge line's center is the tip).
+    /// Gauge length of the tool in the spindle, mm; zero for an empty spindle (the gauge line's center is the
+    /// tip).
     pub(crate) tool_length: f64,
     /// Distance from its tip to the end of its cutting edges, mm; to the gauge line if the edges
     /// are not given.

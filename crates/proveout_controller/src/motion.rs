@@ -27,8 +27,8 @@ const NO_TIP_MM: f64 = 1e-7;
 const NO_TURN_DEG: f64 = 1e-9;
 /// Two programmed base coordinates nearer than this (mm or radian) are the same: the axis was not moved.
 const SAME_BASE: f64 = 1e-9;
-/// Largest difference of the radii at start and end of an arc, mm and relative: above it the program is wrong; below,
-/// the arc runs as a spiral.
+/// Largest difference of the radii at start and end of an arc, mm and relative: above it the program is
+/// wrong; below, the arc runs as a spiral.
 const RADIUS_MISMATCH_MM: f64 = 0.05;
 const RADIUS_MISMATCH: f64 = 0.01;
 /// Sine of the angle above which positions do not point the tool along the programmed axis.
@@ -152,7 +152,8 @@ impl Context<'_> {
         Box::new(ControlError::at(self.location, code, message, help))
     }
 
-    /// Tool length in the axes X, Y, Z without tool center point control: along the spindle with all joints at zero.
+    /// Tool length in the axes X, Y, Z without tool center point control: along the spindle with all joints
+    /// at zero.
     fn length_offset(&self) -> Vector {
         self.machine.spindle.gauge_pose.vector(&Vector::z()) * self.active_length
     }
@@ -258,8 +259,8 @@ impl Context<'_> {
         Err(self.fail("control-axis", message, "take `held` off the joint in the machine file, or leave the axis out"))
     }
 
-    /// End of a motion in joints (no tool center point control, or machine coordinates). A tool axis turns the rotary
-    /// joints while the linear joints stay or go where the block says (swiveling).
+    /// End of a motion in joints (no tool center point control, or machine coordinates). A tool axis turns
+    /// the rotary joints while the linear joints stay or go where the block says (swiveling).
     fn end_in_joints(
         &self,
         motion: &Motion,
@@ -360,7 +361,8 @@ impl Context<'_> {
         Ok(path)
     }
 
-    /// A path with tool center point control with its tool axis on the great circle, where the program wants it there.
+    /// A path with tool center point control with its tool axis on the great circle, where the program wants
+    /// it there.
     fn oriented(
         &self,
         path: BlockPath,
@@ -378,7 +380,8 @@ impl Context<'_> {
         path.turned(turning)
     }
 
-    /// What the program says of tip and tool axis with tool center point control; `apart`: they are not run in step.
+    /// What the program says of tip and tool axis with tool center point control; `apart`: they are not run
+    /// in step.
     fn told(
         &self,
         motion: &Motion,

@@ -17,9 +17,9 @@ pub enum MoveKind {
 
 /// A part of the tool's motion for removal and interference checks.
 ///
-/// The tip runs straight and the axis on the great circle, both uniformly, from `pose[0]` to `pose[1]`; no point of
-/// the tool between tip and gauge line is further than `deviation` from its true place. Times are those of the plan,
-/// in which the motion within a piece is generally not uniform.
+/// The tip runs straight and the axis on the great circle, both uniformly, from `pose[0]` to `pose[1]`; no
+/// point of the tool between tip and gauge line is further than `deviation` from its true place. Times are
+/// those of the plan, in which the motion within a piece is generally not uniform.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
     /// Begin and end, s.
@@ -220,7 +220,8 @@ pub enum Event {
         /// Index of the [`BlockRecord`].
         block: u32,
     },
-    /// The control ends the program by itself, since nothing that follows would be true: nothing of it is executed.
+    /// The control ends the program by itself, since nothing that follows would be true: nothing of it is
+    /// executed.
     Ended {
         /// Time, s.
         time: f64,
@@ -268,7 +269,8 @@ pub enum Event {
         angle: f64,
         /// The way of the end of the cutting edges for this angle, mm.
         at_flank: f64,
-        /// Inside of the cone about a pole where the control may; otherwise the rotary axes run in proportion instead.
+        /// Inside of the cone about a pole where the control may; otherwise the rotary axes run in proportion
+        /// instead.
         in_cone: bool,
         /// Why.
         reason: String,

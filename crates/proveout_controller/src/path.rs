@@ -1,7 +1,7 @@
 //! The path of a run between two stops: exact blocks, corner blends, and cells with limits.
 //!
-//! All lives on one parameter s. Block i runs over `s0..s0 + length`; a blend of half width d around a border replaces
-//! `s - d ..= s + d` of both blocks, so that rounded and exact path have the same parameter:
+//! All lives on one parameter s. Block i runs over `s0..s0 + length`; a blend of half width d around a border
+//! replaces `s - d ..= s + d` of both blocks, so that rounded and exact path have the same parameter:
 //!
 //! ```text
 //!      block a            |            block b
@@ -13,7 +13,8 @@
 //! path is the exact one plus a sum over its kinks, with half widths that may reach over many short blocks;
 //! it passes through the points of a curve (`points.rs`).
 //!
-//! *Reversals* are exact stops (`reversal.rs`). The feed, lengths and ratios are about the rounded path (`way.rs`).
+//! *Reversals* are exact stops (`reversal.rs`). The feed, lengths and ratios are about the rounded path
+//! (`way.rs`).
 //!
 //! *Other corners* get a polynomial of fifth degree in task coordinates that takes value, first and
 //! second derivative from both exact paths at its ends. Between two lines with slopes u and w it
@@ -100,7 +101,8 @@ pub(crate) struct PathBlock {
     pub(crate) coupled: bool,
     /// Rounding at its end; none: exact stop.
     pub(crate) corner: Option<Tolerance>,
-    /// Rounding at its end that the program allows, whatever this control does there; none: it must be reached.
+    /// Rounding at its end that the program allows, whatever this control does there; none: it must be
+    /// reached.
     pub(crate) loose: Option<Tolerance>,
     /// The program makes the machine stop at its end.
     pub(crate) stands: bool,
@@ -108,7 +110,8 @@ pub(crate) struct PathBlock {
     pub(crate) chord: Option<BlockShape>,
     /// False when the parameter is in degrees since the tip does not move.
     pub(crate) tip_moves: bool,
-    /// What the program says of the way, and the share of it that this block runs; none where it says the end alone.
+    /// What the program says of the way, and the share of it that this block runs; none where it says the end
+    /// alone.
     pub(crate) told: Option<(std::sync::Arc<ProgrammedMotion>, [f64; 2])>,
     pub(crate) file: std::sync::Arc<str>,
     pub(crate) line: u32,
@@ -254,8 +257,8 @@ impl RunPath {
         &self.blocks[i.min(self.blocks.len() - 1)]
     }
 
-    /// Appends a block with a rounded corner before it. False, and nothing is changed, where the corner has no room for
-    /// a blend: the control must stop there first.
+    /// Appends a block with a rounded corner before it. False, and nothing is changed, where the corner has
+    /// no room for a blend: the control must stop there first.
     pub(crate) fn push(&mut self, frame: &PathContext<'_>, mut block: PathBlock) -> bool {
         block.s0 = self.end();
         let off = block.straighten(frame.kinematics.machine);

@@ -21,7 +21,8 @@ pub(crate) struct JointPose {
     pub(crate) pose: ToolPose,
 }
 
-/// Depth of the halving: 2^20 pieces of one block are more than any real path needs, and end a path that never fits.
+/// Depth of the halving: 2^20 pieces of one block are more than any real path needs, and end a path that
+/// never fits.
 const DEEPEST: u32 = 20;
 /// Surcharge on a deviation measured at the quarters: a cubic error passes them by 3 percent,
 const BETWEEN: f64 = 1.05;
@@ -75,8 +76,9 @@ pub(crate) struct PieceCutter<'a, F: Fn(f64) -> JointPose> {
 }
 
 impl<F: Fn(f64) -> JointPose> PieceCutter<'_, F> {
-    /// Pieces of the path through the given places; a place in the middle is a border only where that is needed.
-    /// `emit` gets begin, end and deviation, and the stances at the quarters where these were looked at.
+    /// Pieces of the path through the given places; a place in the middle is a border only where that is
+    /// needed. `emit` gets begin, end and deviation, and the stances at the quarters where these were looked
+    /// at.
     pub(crate) fn cut(&self, places: &[f64], emit: &mut Emit<'_>) {
         let (Some(&first), Some(&last)) = (places.first(), places.last()) else { return };
         let (a, b) = ((self.stance)(first), (self.stance)(last));
@@ -160,7 +162,8 @@ impl<F: Fn(f64) -> JointPose> PieceCutter<'_, F> {
     fn off(&self, a: &JointPose, b: &JointPose, part: f64, x: &JointPose) -> Off {
         let way = b.pose.tip - a.pose.tip;
         let length2 = way.norm_squared();
-        // Where on the piece the true pose belongs is free: the uniform motion of a piece is not bound to time.
+        // Where on the piece the true pose belongs is free: the uniform motion of a piece is not bound to
+        // time.
         let t = if length2 > NO_WAY_MM2 {
             (x.pose.tip - a.pose.tip).dot(&way) / length2
         } else {

@@ -273,7 +273,8 @@ impl Law {
         if self.phases.is_empty() {
             return 0.0;
         }
-        // Near a standstill time is a cube root of the way: rounding of s must not become a visible error of time.
+        // Near a standstill time is a cube root of the way: rounding of s must not become a visible error of
+        // time.
         if s >= self.end().s - AT_END * s.abs().max(1.0) {
             return self.planned;
         }

@@ -1,5 +1,5 @@
-//! Runs of a program: straight motions in feed under tool center point control without a rapid, a tool change or a stop
-//! between them, with the pose at the end of each block.
+//! Runs of a program: straight motions in feed under tool center point control without a rapid, a tool change
+//! or a stop between them, with the pose at the end of each block.
 //!
 //! A program that never switches tool center point control on gives positions of the axes. Its runs are found
 //! where the length of the tool is known: the pose is that of the machine at these positions, the length
@@ -114,7 +114,8 @@ impl RunBlocks {
 #[derive(Default)]
 pub(crate) struct RunBlocks {
     pub(crate) tool: Option<ToolName>,
-    /// Gauge length of the tool, mm, where the blocks are positions of the axes, without tool center point control.
+    /// Gauge length of the tool, mm, where the blocks are positions of the axes, without tool center point
+    /// control.
     pub(crate) joints: Option<f64>,
     /// The last rapid before tool center point control that turns rotary axes.
     pub(crate) turning: Option<(usize, WorkFrame)>,

@@ -86,7 +86,8 @@ pub struct Reprogramming<'a> {
     /// Rounding of the tip by the control where a program sets none, mm; none for the machine's
     /// own.
     pub tip_tolerance: Option<f64>,
-    /// Gauge length of a tool, mm: for programs without tool center point control, and for what their slides do.
+    /// Gauge length of a tool, mm: for programs without tool center point control, and for what their slides
+    /// do.
     pub length: &'a dyn Fn(&ToolName) -> Option<f64>,
     /// The surface that is cut, in the table frame K.
     pub surface: Option<&'a dyn ContactSurface>,

@@ -73,7 +73,8 @@ use crate::{
     tempo::Tempo,
 };
 
-/// How a law begins: square of the tempo and its slope, and a tempo that is known to be possible from there on.
+/// How a law begins: square of the tempo and its slope, and a tempo that is known to be possible from there
+/// on.
 #[derive(Clone, Debug)]
 pub(crate) struct LawEntry {
     pub(crate) square: [f64; 2],
@@ -144,8 +145,8 @@ impl<'a> Rounds<'a> {
         Self { known: Vec::new(), spots: Vec::new(), cuts: Vec::new(), stages }
     }
 
-    /// Tightens the rows at these places, to be solved again; with `dips` lowers the tempo there at once, which always
-    /// succeeds.
+    /// Tightens the rows at these places, to be solved again; with `dips` lowers the tempo there at once,
+    /// which always succeeds.
     pub(crate) fn slow_down(&mut self, spots: &[LimitExcess], dips: bool) {
         for known in &mut self.known {
             let own: Vec<&LimitExcess> = spots.iter().filter(|s| s.at >= known.from && s.at <= known.to).collect();

@@ -1,8 +1,9 @@
 //! Joint positions and their derivatives along a path with tool center point control.
 //!
-//! *Task coordinates*: one number a joint, as in [`JointValues`], in which the three linear joints that follow the tip
-//! are replaced by the coordinates of the tip in the table frame K. The control runs straight lines, arcs and corner
-//! blends in task coordinates; without tool center point control they are the joints themselves.
+//! *Task coordinates*: one number a joint, as in [`JointValues`], in which the three linear joints that
+//! follow the tip are replaced by the coordinates of the tip in the table frame K. The control runs straight
+//! lines, arcs and corner blends in task coordinates; without tool center point control they are the joints
+//! themselves.
 //!
 //! The way back closes the loop of the machine: with the tip p in K, rotary joints given, and the tool end at
 //! (0, 0, -L) in the spindle frame S,
@@ -11,10 +12,10 @@
 //!    M_from_K(q) p = M_from_S(q) (0, 0, -L)
 //! ```
 //!
-//! Both chains are products of turns about fixed lines and of shifts along fixed directions (machine at zero), so that
-//! the equation is linear in the linear joints: `sum of D_i q_i = r`, where `D_i` is the direction of joint i turned by
-//! the rotary joints between it and the base. With jets for everything, the coefficients of q follow order by order:
-//! `D(0) q(k) = r(k) - sum over m of D(m) q(k - m)`.
+//! Both chains are products of turns about fixed lines and of shifts along fixed directions (machine at
+//! zero), so that the equation is linear in the linear joints: `sum of D_i q_i = r`, where `D_i` is the
+//! direction of joint i turned by the rotary joints between it and the base. With jets for everything, the
+//! coefficients of q follow order by order: `D(0) q(k) = r(k) - sum over m of D(m) q(k - m)`.
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, Pose, Vector};
@@ -107,8 +108,9 @@ impl Rig {
         Some(Matrix3::from_columns(&columns))
     }
 
-    /// Joint positions and derivatives from task coordinates and their derivatives, for a tool of length `length`.
-    /// None where the linear directions become dependent (a machine with linear joints above rotary ones).
+    /// Joint positions and derivatives from task coordinates and their derivatives, for a tool of length
+    /// `length`. None where the linear directions become dependent (a machine with linear joints above rotary
+    /// ones).
     pub(crate) fn joints(&self, task: &JointJet, length: f64) -> Option<JointJet> {
         let x = self.linear::<4>(task, length)?;
         let mut out = *task;
@@ -159,8 +161,8 @@ impl Rig {
         Some(x)
     }
 
-    /// Carries a point through a chain, from its end to the base, with all followed linear joints at zero, and the
-    /// directions of those joints likewise where rotary joints turn them.
+    /// Carries a point through a chain, from its end to the base, with all followed linear joints at zero,
+    /// and the directions of those joints likewise where rotary joints turn them.
     #[inline]
     fn run<const N: usize>(
         &self,
@@ -363,8 +365,8 @@ mod tests {
             assert!((alone - q.0[0]).max_abs() < 1e-12);
             let back = rig.task(m, &q.0[0], length);
             assert!((back - task(0.3).0[0]).max_abs() < 1e-11);
-            // Differences of fourth order accuracy for the first, of second order for the others: errors of h^4 and h^2
-            // times higher derivatives of about 1000, and rounding 1e-13 over the power of h.
+            // Differences of fourth order accuracy for the first, of second order for the others: errors of
+            // h^4 and h^2 times higher derivatives of about 1000, and rounding 1e-13 over the power of h.
             let h = 2e-3;
             let at = |k: i32| position(0.3 + f64::from(k) * h);
             let first = ((at(1) - at(-1)) * 8.0 - (at(2) - at(-2))) * (1.0 / (12.0 * h));

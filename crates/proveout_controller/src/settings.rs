@@ -25,8 +25,8 @@ pub struct Settings {
     pub plant: Plant,
     /// Rounding of corners where the program states none, mm; none: as the machine's control.
     pub default_tolerance: Option<f64>,
-    /// Rounding of the orientation where the program states none, radian; none: as the machine's control, else
-    /// [`Self::orientation_tolerance`].
+    /// Rounding of the orientation where the program states none, radian; none: as the machine's control,
+    /// else [`Self::orientation_tolerance`].
     pub default_orientation_tolerance: Option<f64>,
     /// Cone about a pole of the rotary axes inside of which the tool axis may leave its great circle, radian;
     /// none: as the machine's control.
@@ -46,8 +46,8 @@ pub struct Settings {
     /// Motion in feed waits until the spindle has reached its speed, and a tool change until it has
     /// stopped (time from the machine); rapid motion goes on meanwhile.
     pub spindle_waits: bool,
-    /// The length of a new tool counts without a word of the program (840D: `$MC_CUTTING_EDGE_DEFAULT`; not on controls
-    /// that want G43).
+    /// The length of a new tool counts without a word of the program (840D: `$MC_CUTTING_EDGE_DEFAULT`; not
+    /// on controls that want G43).
     pub length_active_after_change: bool,
     /// The active tool length counts in machine coordinates too (840D: programs write D0 with
     /// SUPA); false where the control leaves it out of them (TNC: M91, M92). ISO controls leave it

@@ -93,7 +93,8 @@ impl BlockShape {
         }
     }
 
-    /// Way between two parameters: the parameter itself, or that of independent joints, whose parameter is the time.
+    /// Way between two parameters: the parameter itself, or that of independent joints, whose parameter is
+    /// the time.
     pub(crate) fn way(&self, [from, to]: [f64; 2]) -> f64 {
         match self {
             Self::Timed(timed) => timed.way([from, to]),
@@ -108,7 +109,8 @@ impl BlockShape {
         let (first, last) = (pieces.first()?, pieces.last()?);
         let from = first.control[0];
         let slope = (last.control[5] - from) * (1.0 / length);
-        // The line has control points on itself, at equal parts of each piece; the spline lies in the hull of its own.
+        // The line has control points on itself, at equal parts of each piece; the spline lies in the hull of
+        // its own.
         let mut off = JointValues::ZERO;
         for p in pieces {
             for (k, control) in p.control.iter().enumerate() {
@@ -227,7 +229,8 @@ impl Quintic {
         let h = self.u1 - self.u0;
         let t = (u - self.u0) / h;
         let r = 1.0 - t;
-        // The triangle of de Casteljau; its last columns give value and derivatives (Farin 2002, section 5.3).
+        // The triangle of de Casteljau; its last columns give value and derivatives (Farin 2002, section
+        // 5.3).
         let mut out = JointJet::constant(JointValues::ZERO);
         let scale = [1.0, 5.0 / h, 10.0 / (h * h), 10.0 / (h * h * h)];
         let mut p = self.control;

@@ -23,7 +23,8 @@ const RADIAN_MM: f64 = 200.0;
 /// Surcharge on a deviation measured at the quarters. A cubic error passes them by 3 percent; joints at a
 /// corner that is rounded within the piece bend more at one end. Chosen, not derived.
 const BETWEEN: f64 = 1.2;
-/// What a deviation is told larger for the rounding of places in single precision: a part of it, and mm or radian.
+/// What a deviation is told larger for the rounding of places in single precision: a part of it, and mm or
+/// radian.
 const SINGLE: [f64; 2] = [1e-5, 1e-10];
 
 /// Of what the joints leave a piece by, so much may be a bend at one end of it that the middles of its

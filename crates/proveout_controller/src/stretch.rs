@@ -18,7 +18,8 @@ const PROMISED: f64 = 1.0009;
 /// Rounds in which the rows of the tempo are tightened, before the first law is kept where limits are still
 /// passed; four are usual.
 const TIGHTENINGS: i32 = 12;
-/// Rounds in which rows are tightened and solved again; later ones lower the tempo around what little is left.
+/// Rounds in which rows are tightened and solved again; later ones lower the tempo around what little is
+/// left.
 const SOLVED_AGAIN: i32 = 6;
 /// Rounds after which a stretch is given up.
 const ROUNDS: usize = 60;
@@ -97,14 +98,16 @@ pub(crate) enum Outcome {
     Planned(Box<PlanStretch>),
     /// No node lies far enough before the end of what is known.
     NotYet,
-    /// The motion takes this time, s, and more than [`MOST_SAMPLES`]; path parameter of what takes most of it.
+    /// The motion takes this time, s, and more than [`MOST_SAMPLES`]; path parameter of what takes most of
+    /// it.
     TooLong(f64, f64),
     /// No tempo was found that keeps the limits from a begin in motion on, or none from which the machine
     /// comes to rest.
     Failed,
 }
 
-/// Control cycle, the time at which a law begins, and the set points at the last three times of the grid before it.
+/// Control cycle, the time at which a law begins, and the set points at the last three times of the grid
+/// before it.
 #[derive(Clone, Copy)]
 pub(crate) struct Clock {
     pub(crate) cycle: f64,
@@ -156,8 +159,8 @@ impl Clock {
     }
 }
 
-/// Plans all cells of the path from speed `v_start`, begun with the tempo of `entry`. With `finish` the whole is taken;
-/// otherwise up to a node where what is still unknown hardly acts.
+/// Plans all cells of the path from speed `v_start`, begun with the tempo of `entry`. With `finish` the whole
+/// is taken; otherwise up to a node where what is still unknown hardly acts.
 ///
 /// *What is committed keeps the limits.* A stretch is returned if the samples of the whole law keep
 /// them, from its begin over its end up to rest at the end of the known path. The part after its

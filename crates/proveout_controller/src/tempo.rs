@@ -72,7 +72,8 @@ impl Tempo {
         b0 + x * (b1 + x * (b2 + x * b3))
     }
 
-    /// Time of the first law with three derivatives by the time of the run, `t` after the begin of the stretch.
+    /// Time of the first law with three derivatives by the time of the run, `t` after the begin of the
+    /// stretch.
     pub(crate) fn at(&self, t: f64) -> [f64; 4] {
         if self.square == EVEN {
             return [self.begin + t.min(self.length), 1.0, 0.0, 0.0];

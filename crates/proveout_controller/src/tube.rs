@@ -53,7 +53,8 @@ use crate::{
     shape::BlockShape,
 };
 
-/// Gates that are kept, and how many before a gate a leg may begin: legs of many sizes, none longer than the row.
+/// Gates that are kept, and how many before a gate a leg may begin: legs of many sizes, none longer than the
+/// row.
 const KEPT: usize = 33;
 const BACK: [usize; 10] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32];
 /// Distance of gates that are no rests, as part of the tolerances: with 32 of them legs lose 0.4 percent on a
@@ -161,7 +162,8 @@ impl Tube {
     pub(crate) fn remap(&mut self, frame: &PathContext<'_>) {
         if let Some(BlockEnd { tolerance, .. }) = self.end {
             self.close(frame, Some(tolerance));
-            // Rotary joints mean the same; of the tip in the new coordinates nothing is known until the next gate.
+            // Rotary joints mean the same; of the tip in the new coordinates nothing is known until the next
+            // gate.
             self.begin = Some(Tolerance { tip: f64::INFINITY, ..tolerance });
         }
     }
@@ -239,7 +241,8 @@ fn size(frame: &PathContext<'_>, way: &JointValues, kind: JointKind) -> f64 {
     joints.map(|(i, _)| way[i] * way[i]).sum::<f64>().sqrt()
 }
 
-/// What each joint may be off where tip and rotary joints are within a tolerance; infinite where that is not known.
+/// What each joint may be off where tip and rotary joints are within a tolerance; infinite where that is not
+/// known.
 fn slack(frame: &PathContext<'_>, task: &JointValues, loose: Tolerance) -> JointValues {
     let mut slack = JointValues::ZERO;
     for (i, joint) in frame.kinematics.machine.joints.iter().enumerate() {

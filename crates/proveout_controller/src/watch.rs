@@ -1,6 +1,8 @@
-//! Judges control samples by the promise: no joint passes velocity, acceleration or jerk by more than 0.1 percent.
+//! Judges control samples by the promise: no joint passes velocity, acceleration or jerk by more than 0.1
+//! percent.
 //!
-//! The promise is about what the drives get: positions q on the grid of the control's cycle h. Their differences
+//! The promise is about what the drives get: positions q on the grid of the control's cycle h. Their
+//! differences
 //!
 //! ```text
 //!   q1 - q0        q2 - 2 q1 + q0        q3 - 3 q2 + 3 q1 - q0          over h, h^2, h^3
@@ -31,7 +33,8 @@ pub(crate) struct Over {
     pub(crate) ratios: [f64; 3],
 }
 
-/// Rounding of positions in a difference, as part of the largest of them: the weights of the third one add up to eight.
+/// Rounding of positions in a difference, as part of the largest of them: the weights of the third one add up
+/// to eight.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 /// Places where samples exceed a part `allowed` of the limits, by their states or by differences.
@@ -86,7 +89,8 @@ pub(crate) fn over_limits(
     over
 }
 
-/// One over the limits of velocity, acceleration and jerk of the joints: samples are judged by the hundred thousand.
+/// One over the limits of velocity, acceleration and jerk of the joints: samples are judged by the hundred
+/// thousand.
 pub(crate) struct LimitReciprocals {
     count: usize,
     per: [[f64; MAX_JOINTS]; 3],
@@ -115,7 +119,8 @@ impl LimitReciprocals {
         [highest(&a.velocity, &b.velocity, &self.per[1]), highest(&a.acceleration, &b.acceleration, &self.per[2])]
     }
 
-    /// Highest parts of the limits of the first, second and third difference that end at the last of four set points.
+    /// Highest parts of the limits of the first, second and third difference that end at the last of four set
+    /// points.
     fn differences(&self, cycle: f64, row: &[JointValues; 4]) -> [f64; 3] {
         let mut ratios = [0.0_f64; 3];
         for i in 0..self.count {
@@ -128,7 +133,8 @@ impl LimitReciprocals {
     }
 }
 
-/// Sizes of the mean velocity, acceleration and jerk of a joint over the last one, two and three cycles, less rounding.
+/// Sizes of the mean velocity, acceleration and jerk of a joint over the last one, two and three cycles, less
+/// rounding.
 fn means(cycle: f64, row: &[JointValues; 4], joint: usize) -> [f64; 3] {
     let q = row.map(|q| q[joint]);
     let (d0, d1, d2) = (q[1] - q[0], q[2] - q[1], q[3] - q[2]);

@@ -132,7 +132,8 @@ fn settings_and_machine_data_that_are_no_numbers_are_refused_before_the_run() {
     }
 }
 
-/// Without jerk, without acceleration, without both: the plan takes what is there, keeps it, and names what is missing.
+/// Without jerk, without acceleration, without both: the plan takes what is there, keeps it, and names what
+/// is missing.
 #[test]
 fn limits_that_are_not_stated_are_named_and_the_rest_is_kept() {
     let base = || {

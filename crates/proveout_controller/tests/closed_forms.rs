@@ -5,7 +5,8 @@ use proveout_controller::{BlockKind, Event, MoveKind};
 use proveout_machine::Machine;
 use proveout_nc::{Dwell, Op};
 
-/// Time of a rest-to-rest motion under V, A, J (Biagiotti and Melchiorri 2008, section 3.4), all four cases by hand.
+/// Time of a rest-to-rest motion under V, A, J (Biagiotti and Melchiorri 2008, section 3.4), all four cases
+/// by hand.
 fn rest_to_rest(d: f64, v: f64, a: f64, j: f64) -> f64 {
     if j.is_infinite() {
         return if d * a >= v * v { d / v + v / a } else { 2.0 * (d / a).sqrt() };

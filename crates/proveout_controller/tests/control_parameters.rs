@@ -156,7 +156,8 @@ fn a_block_without_a_way_is_no_stop_in_continuous_path_mode() {
         let stop = path(&mut || 1, Program::exact_stop);
         let stops = path(&mut || 2, Program::exact_stop);
         assert!((stop.summary.total_s - stops.summary.total_s).abs() < 1e-6);
-        // Each of the 58 stops between blocks of some length costs the time of a ramp: half of it down, half of it up.
+        // Each of the 58 stops between blocks of some length costs the time of a ramp: half of it down, half
+        // of it up.
         let x = &machine.joints[machine.joint_for_letter('X').expect("X")];
         let ramp = 2.0 * (feed / x.max_jerk.expect("a limit")).sqrt();
         let (stop, once) = (stop.summary.total_s, once.summary.total_s);

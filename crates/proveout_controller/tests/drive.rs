@@ -44,7 +44,8 @@ fn cubic(h: f64, x: [f64; 2], v: [f64; 2]) -> SetPointRates {
     }
 }
 
-/// Runs a motion given by position and velocity over time; calls `see` with time, set point and state after each cycle.
+/// Runs a motion given by position and velocity over time; calls `see` with time, set point and state after
+/// each cycle.
 fn run(
     m: &DriveModel,
     cycle: f64,
@@ -106,7 +107,8 @@ fn a_ramp_lags_by_velocity_over_gain_and_not_at_all_with_feed_forward() {
         let m = model(&d, 2e-3);
         let (v, mut last) = (120.0, f64::NAN);
         run(&m, 2e-3, 2.0, |t| [v * t, v], |_, _, s| last = s.error());
-        // The integral part carries friction; its error dies with the slowest pole, far below rounding after 2 s.
+        // The integral part carries friction; its error dies with the slowest pole, far below rounding after
+        // 2 s.
         let expected = (1.0 - forward) * v / d.position_gain;
         assert!((last - expected).abs() < 1e-9, "{forward}: {last} {expected}");
     }
@@ -193,8 +195,9 @@ fn sines_come_out_with_the_amplitude_and_phase_of_the_transfer_function() {
             assert_eq!(count, 1000);
             let (real, imaginary) = (2.0 * sine / 1000.0, 2.0 * cosine / 1000.0);
             let C(re, im) = response(d, w);
-            // The cubic between samples misses a sine by (w T)^4/384, and its acceleration, which is fed forward, by
-            // (w T)^2/12 at most; 25 Hz: 1.6e-6 and 2e-3, the latter attenuated above the bandwidth.
+            // The cubic between samples misses a sine by (w T)^4/384, and its acceleration, which is fed
+            // forward, by (w T)^2/12 at most; 25 Hz: 1.6e-6 and 2e-3, the latter attenuated above the
+            // bandwidth.
             let bound = 1e-6 + if d.acceleration_feed_forward > 0.0 { 1e-5 } else { 0.0 } * hertz;
             assert!(
                 (real - re).abs() < bound && (imaginary - im).abs() < bound,
@@ -270,8 +273,8 @@ impl AddTo for &mut f64 {
     }
 }
 
-/// The spike of the error behind a reversal on a circle of `radius` at `feed`: largest difference to the motion without
-/// dry friction. Second: the whole curve's largest difference between drive and oracle.
+/// The spike of the error behind a reversal on a circle of `radius` at `feed`: largest difference to the
+/// motion without dry friction. Second: the whole curve's largest difference between drive and oracle.
 fn quadrant(d: &Drive, radius: f64, feed: f64, cycle: f64) -> [f64; 3] {
     let w = feed / radius;
     let r = move |t: f64| [radius * (w * t).sin(), radius * w * (w * t).cos()];
@@ -319,8 +322,8 @@ fn the_spike_behind_a_reversal_is_that_of_a_fine_integration() {
     for (name, d) in [("dry", &dry), ("stribeck", &stribeck)] {
         for (radius, feed) in [(30.0, 25.0), (10.0, 60.0)] {
             let [height, expected, worst] = quadrant(d, radius, feed, 1e-3);
-            // The step of 0.125 ms sees a reversal late by half a step on the mean: a few percent of a spike that is
-            // some milliseconds long.
+            // The step of 0.125 ms sees a reversal late by half a step on the mean: a few percent of a spike
+            // that is some milliseconds long.
             assert!(expected > 5e-4, "{name}: no spike to measure: {expected}");
             assert!((height / expected - 1.0).abs() < 0.04, "{name} {radius} {feed}: {height} {expected}");
             assert!(worst < 0.06 * expected, "{name} {radius} {feed}: {worst} of {expected}");
@@ -427,8 +430,8 @@ fn what_sticks_stands_still_and_holds_weight() {
             m.cycle(&mut s, SetPointRates::default(), -650.0); // below the static friction: not even a creep
             assert_eq!(s.velocity(), 0.0);
         }
-        // The force turns up within the step: standing is exact at its ends, and what it moves within one is of the
-        // third order: below a tenth of a nanometer a step.
+        // The force turns up within the step: standing is exact at its ends, and what it moves within one is
+        // of the third order: below a tenth of a nanometer a step.
         assert!(s.error().abs() < 1e-6, "{}", s.error());
     }
     // Weight from the start is carried by the integral part, and by a sag without one.

@@ -53,7 +53,8 @@ fn chords_of_a_curve_are_passed_at_the_feed_without_shaking_the_joints() {
         let slowest = cruise(&run).map(|s| s.feed).fold(f64::INFINITY, f64::min);
         let jerk = cruise(&run).map(|s| (0..3).map(|i| s.jerk[i].abs()).fold(0.0, f64::max)).fold(0.0, f64::max);
         let limit = machine.joints[0].max_jerk.expect("a limit");
-        // The curve itself: v^3 x''' with the third derivative by the arc length, at most 5 (3/40)^3 + 1/40^2 per mm^2.
+        // The curve itself: v^3 x''' with the third derivative by the arc length, at most 5 (3/40)^3 + 1/40^2
+        // per mm^2.
         let own = feed.powi(3) * (5.0 * (3.0_f64 / 40.0).powi(3) + 1.0 / 1600.0);
         let worst = worst_off(&run, &points);
         println!(
@@ -158,7 +159,8 @@ fn short_great_circles_are_fitted_too_and_keep_the_tolerance_of_the_axis() {
     let tools = [tool(1, 120.0)];
     let mut program =
         Program::default().change(1).g0(&[('Z', 300.0), ('B', 0.9)]).tcp_great_circle().continuous(0.01).feed(30.0);
-    // The axis leans by 50 degrees and more and turns by half a degree a block, round the leading edge of a blade.
+    // The axis leans by 50 degrees and more and turns by half a degree a block, round the leading edge of a
+    // blade.
     let axis = |k: u32| {
         let (c, b) = (0.012 * f64::from(k), 0.9 + 0.05 * (0.02 * f64::from(k)).sin());
         [b.sin() * c.cos(), b.sin() * c.sin(), b.cos()]

@@ -255,7 +255,8 @@ fn every_drilling_cycle_of_every_language_reaches_every_depth_that_it_names() {
         let wanted = programmed_z(text, *dialect);
         let low = wanted.iter().copied().fold(f64::INFINITY, f64::min);
         assert!(lowest.is_nan() || (low - lowest).abs() < 1e-9, "the reader goes to {low}, not to {lowest}:\n{text}");
-        // A spindle that takes its time, one that takes none, a rough tolerance where the program states none.
+        // A spindle that takes its time, one that takes none, a rough tolerance where the program states
+        // none.
         for (machine, default_tolerance) in [(&machine, None), (&quick, None), (&quick, Some(0.5))] {
             let settings = Settings { default_tolerance, ..Settings::default() };
             let run = executed(text, *dialect, machine, &settings);

@@ -114,7 +114,8 @@ fn every_machine_is_stable_and_lags_by_speed_over_gain_at_every_cycle() {
                 let lag = last.commanded[j] - last.actual[j];
                 let off = (lag / (speed / kv) - 1.0).abs();
                 worst = worst.max(off);
-                // Weight on a swivel changes while it turns, and its integral part follows with a lag of its own.
+                // Weight on a swivel changes while it turns, and its integral part follows with a lag of its
+                // own.
                 assert!(off < 0.01, "{name}: lags by {lag}, and speed over Kv is {}", speed / kv);
                 let end = run.all.pieces.last().expect("pieces").joints[1];
                 for k in 0..machine.joints.len() {

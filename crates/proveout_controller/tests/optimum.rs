@@ -24,13 +24,15 @@ use proveout_controller::{Sample, Settings};
 use proveout_machine::Machine;
 use proveout_nc::{Op, SplineMotion};
 
-/// One row a point: derivatives of each joint by p, their limits, and the speed of the tip over the programmed feed.
+/// One row a point: derivatives of each joint by p, their limits, and the speed of the tip over the
+/// programmed feed.
 struct Point {
     joints: Vec<([f64; 3], [f64; 3])>,
     feed: f64,
 }
 
-/// A constraint that holds at a point: its value over its limit, at most 1, with the gradient by three neighbors.
+/// A constraint that holds at a point: its value over its limit, at most 1, with the gradient by three
+/// neighbors.
 type Row = (f64, [f64; 3]);
 
 fn rows(points: &[Point], b: &[f64], h: f64, i: usize, out: &mut Vec<Row>) {
@@ -181,7 +183,8 @@ fn optimum(points: &[Point], h: f64) -> f64 {
     time(&b, h)
 }
 
-/// Time of the plan over the optimum, for the motion of a program from block `first` on, which must not stop within.
+/// Time of the plan over the optimum, for the motion of a program from block `first` on, which must not stop
+/// within.
 fn ratio(program: &Program, machine: &Machine, feed: f64, after: usize, grid: f64) -> f64 {
     let tools = [tool(1, 120.0)];
     let coarse = run_with(program, machine, &tools, &Settings::default());
@@ -204,8 +207,9 @@ fn ratio(program: &Program, machine: &Machine, feed: f64, after: usize, grid: f6
                 .enumerate()
                 .map(|(i, j)| {
                     let limit = |l: Option<f64>| l.expect("a machine with all limits") * 1.0005;
-                    // From rest the acceleration grows no faster than the jerk allows: without this row a law could end
-                    // with an acceleration that the grid does not see. A faster law has less time still.
+                    // From rest the acceleration grows no faster than the jerk allows: without this row a law
+                    // could end with an acceleration that the grid does not see. A faster law has less time
+                    // still.
                     let rise = limit(j.max_jerk) * h * (k.min(last - k) as f64 + 1.0);
                     (
                         [s.velocity[i], s.acceleration[i], s.jerk[i]],
@@ -237,8 +241,8 @@ fn the_oracle_meets_closed_forms() {
         println!("line of {length} mm: {r:.4}");
         assert!((r - 1.0).abs() < 0.01, "{length}: {r}");
     }
-    // And it finds what a plan leaves: the same way with two stops that are not needed. The samples stand still there,
-    // which p. cannot hurry through, so that only the ramps around count.
+    // And it finds what a plan leaves: the same way with two stops that are not needed. The samples stand
+    // still there, which p. cannot hurry through, so that only the ramps around count.
     let mut lazy = bc_machine();
     for joint in &mut lazy.joints {
         joint.max_jerk = joint.max_jerk.map(|j| j / 8.0);
@@ -295,7 +299,8 @@ fn plans_are_near_the_optimum() {
         note(format!("{name}, mean of four (highest {high:.4})"), sum);
     }
     for (name, r) in worst {
-        // Two percent are promised; the highest figure is 1.015, of one path of 12 mm, the mean of four 1.014.
+        // Two percent are promised; the highest figure is 1.015, of one path of 12 mm, the mean of four
+        // 1.014.
         assert!(r < 1.02, "{name}: {r}");
         assert!(r > 0.98, "{name}: {r}"); // the plan keeps its limits: nothing can be faster than the optimum
     }

@@ -61,7 +61,8 @@ fn stairs_are_cut_at_the_feed_and_measured_on_the_path_that_is_run() {
             (path_length - s.length_mm).abs() < 1e-9 && (programmed - 120.0).abs() < 1e-9,
             "{path_length} {programmed}"
         );
-        // Joints that permit the feed: 10 mm/s over a corner of half a millimeter needs a tenth of the acceleration.
+        // Joints that permit the feed: 10 mm/s over a corner of half a millimeter needs a tenth of the
+        // acceleration.
         assert!(low > 0.99 * feed && high < 1.001 * feed, "{low} {high}");
         assert!(ratio > 0.99, "{ratio}");
         // Ramps from and to rest take less than 0.05 s.
@@ -253,7 +254,8 @@ fn the_feed_of_the_samples_is_their_way_by_time_and_never_above_the_program() {
         for w in samples.windows(2).filter(|w| w[0].block == w[1].block && w[1].time - w[0].time < 0.003) {
             let way = w[1].path_length - w[0].path_length;
             let mean = 0.5 * (w[0].feed + w[1].feed) * (w[1].time - w[0].time);
-            // The rule of trapezoids: acceleration along the path up to 4000 * 3 mm/s2 changes within a cycle of 2 ms.
+            // The rule of trapezoids: acceleration along the path up to 4000 * 3 mm/s2 changes within a cycle
+            // of 2 ms.
             assert!((way - mean).abs() < 2e-3 * mean + 3e-3, "seed {seed} at {}: {way} {mean}", w[0].time);
             let tip = (w[1].pose.tip - w[0].pose.tip).norm();
             assert!(

@@ -77,7 +77,8 @@ fn lengths(heave: f64, tilt: f64) -> [f64; 2] {
     let (s, c) = tilt.sin_cos();
     let height = HEIGHT + heave;
     let shift = -0.5 * MOVING * (1.0 - c);
-    // Ball joint 1 lies along +Y of the plate, 2 at -r/2 along it and r sqrt(3)/2 across; hinges on the circle below.
+    // Ball joint 1 lies along +Y of the plate, 2 at -r/2 along it and r sqrt(3)/2 across; hinges on the
+    // circle below.
     let first = [shift + MOVING * c - FIXED, height + MOVING * s];
     let across = 0.75_f64.sqrt() * (MOVING - FIXED);
     let second = [shift - 0.5 * MOVING * c + 0.5 * FIXED, height - 0.5 * MOVING * s];
@@ -187,7 +188,8 @@ fn unequal_legs_tilt_the_plate_of_a_pure_heave() {
     let run = run_with(&p, &machine, &[], &servo());
     let steady = |s: &&Sample| (s.velocity[z] - speed).abs() < 1e-9 && s.acceleration[z] == 0.0;
     let last = run.all.samples.iter().rfind(steady).expect("a steady stretch");
-    // Lengths of a time ago: a ramp is followed with its lag exactly, and the legs' rates hardly change over 20 ms.
+    // Lengths of a time ago: a ramp is followed with its lag exactly, and the legs' rates hardly change over
+    // 20 ms.
     let [first, second] = lengths(last.commanded[z], 0.0);
     let rate = speed * (HEIGHT + last.commanded[z]) / first;
     let [heave, tilt] = pose([first - rate / 50.0, second - rate / 90.0], [last.commanded[z], 0.0]);

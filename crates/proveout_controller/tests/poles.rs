@@ -1,4 +1,5 @@
-//! Great circles of the tool axis at and near poles of the rotary axes, on every library machine that has two of them.
+//! Great circles of the tool axis at and near poles of the rotary axes, on every library machine that has two
+//! of them.
 //!
 //! *Oracle.* The forward kinematics of every sample against the programmed circle, at the share of the way
 //! that its tip has come, or, where the tip stands, against the circle's nearest point.
@@ -161,7 +162,8 @@ fn a_pole_is_left_in_any_direction() {
                 assert_eq!(over_travel(&run), [], "{name} azimuth {degrees}");
                 assert!(run.summary.max_axis_error < FOLLOWED && run.summary.max_contour_error_mm < 2e-6);
                 if rapid {
-                    // What each part needs at least: every joint from rest to rest over the way between its ends.
+                    // What each part needs at least: every joint from rest to rest over the way between its
+                    // ends.
                     let (mut time, mut least) = (0.0, 0.0);
                     for block in run.all.blocks.iter().filter(|b| b.line == 6) {
                         let pieces: Vec<_> = run.all.pieces.iter().filter(|p| p.block == block.index).collect();

@@ -1,5 +1,6 @@
-//! Where positions come from: work offsets on machines with their zero on the table and at home, in every structure and
-//! language; reference points; what stays where behind motions of machine axes under tool center point control.
+//! Where positions come from: work offsets on machines with their zero on the table and at home, in every
+//! structure and language; reference points; what stays where behind motions of machine axes under tool
+//! center point control.
 
 use std::path::Path;
 
@@ -310,7 +311,8 @@ fn behind_a_retraction_under_tcp_the_tool_stays_up() {
                         assert!((pose.tip - p).norm() < 1e-3, "{name} {dialect:?}: {} {p}", pose.tip);
                     }
                 }
-                // The retraction moved the tip along the table, so that the last programmed point is another one.
+                // The retraction moved the tip along the table, so that the last programmed point is another
+                // one.
                 let at_point = runs(&start, &machine, &reader).end;
                 let before = machine.forward(&at_point, LENGTH).tip;
                 assert!((before - p).norm() > 50.0, "{name} {dialect:?}");
@@ -411,7 +413,8 @@ fn g28_goes_to_the_home_position_of_every_machine() {
         for joint in (0..machine.joints.len()).filter(|&joint| joint != z) {
             assert_eq!(end.end[joint], start[joint], "{} {}", machine.name, machine.joints[joint].name);
         }
-        // With an increment the way turns at the intermediate point, which the path meets within its tolerance.
+        // With an increment the way turns at the intermediate point, which the path meets within its
+        // tolerance.
         let by = runs(&text(&format!("G91 G28 Z{way:.3}")), &machine, &reader);
         let reached =
             by.all.samples.iter().map(|s| (s.commanded[z] - (middle + way)).abs()).fold(f64::INFINITY, f64::min);

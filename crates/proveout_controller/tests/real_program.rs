@@ -1,5 +1,5 @@
-//! A production program of a Spinner U5-620 (doi:10.1038/s41597-025-05294-0, CC-BY-4.0) on the machine of the library.
-//! The program is not part of the project; without it these tests say so and pass.
+//! A production program of a Spinner U5-620 (doi:10.1038/s41597-025-05294-0, CC-BY-4.0) on the machine of the
+//! library. The program is not part of the project; without it these tests say so and pass.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 

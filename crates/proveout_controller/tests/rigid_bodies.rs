@@ -83,7 +83,8 @@ struct Lagrange<'a> {
 }
 
 impl Lagrange<'_> {
-    /// Inertia of the joints: sum over bodies of the products of their rates, from central differences of the poses.
+    /// Inertia of the joints: sum over bodies of the products of their rates, from central differences of the
+    /// poses.
     fn inertia(&self, q: &JointValues) -> [[f64; MAX_JOINTS]; MAX_JOINTS] {
         let n = self.machine.joints.len();
         let mut m = [[0.0; MAX_JOINTS]; MAX_JOINTS];
@@ -262,8 +263,8 @@ fn rapier_agrees_on_accelerations_and_forces() {
     }
 }
 
-/// A long body has two nearly equal principal inertias: its axes must be found well enough that it turns about the long
-/// one with the small third.
+/// A long body has two nearly equal principal inertias: its axes must be found well enough that it turns
+/// about the long one with the small third.
 #[test]
 fn a_long_body_turns_about_its_long_axis_with_its_own_inertia() {
     let mut machine = skew();
@@ -286,8 +287,8 @@ fn a_long_body_turns_about_its_long_axis_with_its_own_inertia() {
     }
 }
 
-/// Along a smooth random motion, against the largest force of each joint in it: three sines a joint that together keep
-/// within half the travel, velocity and acceleration of the joint.
+/// Along a smooth random motion, against the largest force of each joint in it: three sines a joint that
+/// together keep within half the travel, velocity and acceleration of the joint.
 #[test]
 fn rapier_agrees_along_a_smooth_motion() {
     let step = 1e-5;
@@ -342,7 +343,8 @@ fn rapier_agrees_along_a_smooth_motion() {
     }
 }
 
-/// A free swing over a tenth of a second at the step that a run takes, against own forward dynamics (Runge-Kutta).
+/// A free swing over a tenth of a second at the step that a run takes, against own forward dynamics
+/// (Runge-Kutta).
 #[test]
 fn rapier_swings_as_newton_euler() {
     for machine in library().into_iter().chain([skew()]) {

@@ -1,8 +1,9 @@
 //! Limits measured on the emitted samples alone: differences of the set points, taken here, against the
 //! machine's limits.
 //!
-//! A difference of set points over a cycle is the mean of the velocity over this cycle; a second and a third difference
-//! are means of acceleration and jerk over two and three cycles. None can pass a limit that the motion itself keeps.
+//! A difference of set points over a cycle is the mean of the velocity over this cycle; a second and a third
+//! difference are means of acceleration and jerk over two and three cycles. None can pass a limit that the
+//! motion itself keeps.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -23,8 +24,8 @@ use proveout_tool::ToolLibrary;
 /// The promise: no limit is passed by more than 0.1 percent.
 const ALLOWED: f64 = 1.001;
 
-/// Seeds of random paths: 200 from zero on. `PROVEOUT_SAMPLE_PATHS` raises the number (10,000 for the whole check),
-/// `PROVEOUT_SAMPLE_FIRST` the first.
+/// Seeds of random paths: 200 from zero on. `PROVEOUT_SAMPLE_PATHS` raises the number (10,000 for the whole
+/// check), `PROVEOUT_SAMPLE_FIRST` the first.
 fn seeds() -> std::ops::Range<u64> {
     let number = |name: &str, usual: u64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(usual);
     let first = number("PROVEOUT_SAMPLE_FIRST", 0);
@@ -170,7 +171,8 @@ fn the_fan_path_keeps_limits_and_tolerance() {
     let rows: Vec<Vec<f64>> =
         text.lines().skip(1).map(|l| l.split(',').map(|v| v.trim().parse().expect("a number")).collect()).collect();
     assert_eq!(rows.len(), 25);
-    // limits.txt of the case: accelerations and jerks; it states no velocities. Interpolation every millisecond.
+    // limits.txt of the case: accelerations and jerks; it states no velocities. Interpolation every
+    // millisecond.
     let linear = [[500.0, 5000.0], [500.0, 5000.0], [400.0, 4000.0]];
     let machine = xyzac(1.0, linear, [[300.0, 3000.0], [500.0, 5000.0]], None);
     for (tolerance, great_circle) in [(0.001, false), (0.05, false), (0.05, true)] {
@@ -256,7 +258,8 @@ fn random_paths_keep_limits_and_tolerance() {
 /// (tip nearly still, rotary axes turning, so that the linear joints run far faster than the tip).
 #[test]
 fn a_still_tip_with_turning_axes_keeps_the_joint_limits() {
-    // 20 mm/s a linear joint and 15 degrees a second, as in the sample configuration of that kind; jerk chosen.
+    // 20 mm/s a linear joint and 15 degrees a second, as in the sample configuration of that kind; jerk
+    // chosen.
     let machine = xyzac(1.0, [[200.0, 4000.0]; 3], [[60.0, 1200.0]; 2], Some([20.0, 15.0]));
     let mut program = Program::default().change(1).tcp(true);
     program = program.g0(&[('X', 60.0), ('Y', 10.0), ('Z', 40.0), ('A', -0.6), ('C', 0.0)]).exact_stop();

@@ -1,4 +1,5 @@
-//! Whole runs with the drives behind the set points: order, streaming, cuts along the actual motion, refusals.
+//! Whole runs with the drives behind the set points: order, streaming, cuts along the actual motion,
+//! refusals.
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -286,7 +287,8 @@ fn a_machine_without_drives_is_refused_with_key_and_remedy() {
     }
     let text = refused(&machine, &servo()).to_string();
     assert!(text.contains("moving_mass_kg") && text.contains("has no mass"), "{text}");
-    // With the moved masses stated it runs; loads by weight and coupling are then not known, and the summary says so.
+    // With the moved masses stated it runs; loads by weight and coupling are then not known, and the summary
+    // says so.
     for joint in &mut machine.joints {
         joint.moving_inertia = Some(if joint.is_rotary() { 2e7 } else { 500.0 });
     }

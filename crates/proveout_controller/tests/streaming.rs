@@ -8,8 +8,8 @@ use proveout_controller::{BlockKind, Dynamics, Event, MoveKind, Settings};
 use proveout_machine::RapidMode;
 use proveout_nc::{Dwell, Op, Spindle, SpindleDirection, ToolAction, ToolName};
 
-/// Flank cut of a cone: the tool axis runs on a cone, the tip on a tilted circle, as short linear blocks (the path of
-/// the machine acceptance tests NAS 979 and ISO 10791-7).
+/// Flank cut of a cone: the tool axis runs on a cone, the tip on a tilted circle, as short linear blocks (the
+/// path of the machine acceptance tests NAS 979 and ISO 10791-7).
 fn cone(blocks: u32, feed: f64) -> Program {
     let tilt = 10_f64.to_radians();
     let half_angle = 15_f64.to_radians();

@@ -163,7 +163,8 @@ fn tool_axis_as_a_vector_on_the_great_circle() {
             let part = (s.pose.tip - from.tip).norm() / (end.tip - from.tip).norm();
             off = off.max(from.interpolated(&end, part).angle_to(&s.pose));
         }
-        // The knots of the great circle keep it to far below any orientation tolerance; the axes in proportion do not.
+        // The knots of the great circle keep it to far below any orientation tolerance; the axes in
+        // proportion do not.
         assert!(if great_circle { off < 1e-6 } else { off > 1e-3 }, "{great_circle} {off}");
     }
 }
@@ -275,7 +276,8 @@ fn swiveling_turns_the_rotary_joints_alone() {
     let end = run(&program, &machine).summary.end_position;
     assert_eq!([end[0], end[1], end[2]], [7.0, 8.0, 420.0]);
     assert!((machine.forward(&end, LENGTH).axis - goal.normalize()).norm() < 1e-9);
-    // A table that turns about two axes cannot point the tool from below where B would pass its travel: told, not lost.
+    // A table that turns about two axes cannot point the tool from below where B would pass its travel: told,
+    // not lost.
     let mut machine = machine;
     machine.joints[3].held = true;
     let machine = machine.recompiled();

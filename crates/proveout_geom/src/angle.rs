@@ -20,8 +20,9 @@ pub fn deg(radians: f64) -> f64 {
 
 /// Sine and cosine; exact (0, 1 or -1) at multiples of a right angle.
 ///
-/// An angle within four units in the last place of a multiple of pi/2 counts as that multiple: at 90 degrees the
-/// cosine of the nearest double is 6e-17, which would tilt a face milled at B90 and break tests for equality.
+/// An angle within four units in the last place of a multiple of pi/2 counts as that multiple: at 90 degrees
+/// the cosine of the nearest double is 6e-17, which would tilt a face milled at B90 and break tests for
+/// equality.
 ///
 /// ```
 /// use proveout_geom::{rad, sin_cos};

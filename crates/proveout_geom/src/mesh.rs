@@ -149,8 +149,8 @@ impl TriMesh {
         self.triangles.extend(other.triangles.iter().map(|t| t.map(|i| i + base)));
     }
 
-    /// Joins vertices with identical coordinates, as files without indices (STL) need, and drops triangles that have
-    /// lost a corner by it.
+    /// Joins vertices with identical coordinates, as files without indices (STL) need, and drops triangles
+    /// that have lost a corner by it.
     pub fn merge_equal_vertices(&self) -> Self {
         let key = |p: &Point| [p.x, p.y, p.z].map(|v| (v + 0.0).to_bits()); // + 0.0 makes -0 and 0 one key
         let mut index = BTreeMap::new();
@@ -216,7 +216,8 @@ impl TriMesh {
     }
 }
 
-/// Edges of the triangles by the vertex that they begin at, each with its end and its place in the order of triangles.
+/// Edges of the triangles by the vertex that they begin at, each with its end and its place in the order of
+/// triangles.
 struct DirectedEdges {
     /// Where those of each vertex begin; one more than there are vertices.
     first: Vec<u32>,
@@ -226,7 +227,8 @@ struct DirectedEdges {
 
 impl DirectedEdges {
     /// # Errors
-    /// The first triangle that names a vertex that does not exist, or runs along an edge as one before it does.
+    /// The first triangle that names a vertex that does not exist, or runs along an edge as one before it
+    /// does.
     fn of(mesh: &TriMesh) -> Result<Self, MeshError> {
         let vertices = mesh.positions.len();
         let wrong = |t: &[u32; 3]| t.iter().copied().find(|i| *i as usize >= vertices);

@@ -6,8 +6,8 @@ use crate::{Point, Vector, sin_cos};
 
 /// Rigid transform `a_from_b`: coordinates in frame b to coordinates in frame a.
 ///
-/// The rotation is kept as a matrix, so that right angles stay exact, and is built from joint values each time, so
-/// that no rounding accumulates. Products read left to right: `a_from_b * b_from_c` is `a_from_c`.
+/// The rotation is kept as a matrix, so that right angles stay exact, and is built from joint values each
+/// time, so that no rounding accumulates. Products read left to right: `a_from_b * b_from_c` is `a_from_c`.
 ///
 /// ```
 /// use proveout_geom::{Point, Pose, Vector, rad};
@@ -46,7 +46,8 @@ impl Pose {
         Self { rotation: Matrix3::identity(), translation }
     }
 
-    /// Right-handed rotation by `angle` (radian) about the unit vector `axis` through the origin (Rodrigues 1840).
+    /// Right-handed rotation by `angle` (radian) about the unit vector `axis` through the origin (Rodrigues
+    /// 1840).
     pub fn from_axis_angle(axis: &Vector, angle: f64) -> Self {
         let (s, c) = sin_cos(angle);
         let k = axis.cross_matrix();

@@ -22,8 +22,8 @@ pub fn cylinder_mesh(radius: f64, z_min: f64, z_max: f64, sectors: usize) -> Tri
 
 /// Closed mesh of the profile `[r, z]` (mm) turned about +z, inscribed in its circles.
 ///
-/// The profile runs from the axis to the axis, upward on the outside; inner points have r > 0. Fewer than three
-/// `sectors` count as three.
+/// The profile runs from the axis to the axis, upward on the outside; inner points have r > 0. Fewer than
+/// three `sectors` count as three.
 pub fn revolved_mesh(profile: &[[f64; 2]], sectors: usize) -> TriMesh {
     let sectors = sectors.max(3);
     let mut mesh = TriMesh::default();

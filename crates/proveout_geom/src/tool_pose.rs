@@ -19,8 +19,8 @@ pub struct AxisTurn {
     pub spread: f64,
 }
 
-/// Tip and axis of a tool in one frame: a cutter location. The turn about the axis is left open, since every body of a
-/// tool assembly is a body of revolution.
+/// Tip and axis of a tool in one frame: a cutter location. The turn about the axis is left open, since every
+/// body of a tool assembly is a body of revolution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolPose {
     /// Programmed tip, mm.

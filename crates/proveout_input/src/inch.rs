@@ -1,4 +1,5 @@
-//! Files whose lengths are inches: `unit = "inch"` at their top, and `_inch` where a key ends in `_mm` otherwise.
+//! Files whose lengths are inches: `unit = "inch"` at their top, and `_inch` where a key ends in `_mm`
+//! otherwise.
 //!
 //! Before it is read, the text is converted line by line to the same text in millimeters, so that there is
 //! one reader and one set of checks. A file in inches that has a length in millimeters is refused by that
@@ -41,7 +42,8 @@ fn in_mm(key: &str) -> Option<String> {
 /// The text in millimeters; as it is where it does not say `unit = "inch"`.
 ///
 /// # Errors
-/// [`InputError`] at a key in millimeters in a file that counts in inch, and at one in inch in a file that does not.
+/// [`InputError`] at a key in millimeters in a file that counts in inch, and at one in inch in a file that
+/// does not.
 pub fn in_millimeters<'a>(file: &Path, text: &'a str) -> Result<Cow<'a, str>, InputError> {
     // The reader reports text that is not TOML.
     let Ok(tree) = DeTable::parse(text) else { return Ok(Cow::Borrowed(text)) };

@@ -1,8 +1,8 @@
 //! Files with old keys: the same text with new ones.
 //!
 //! Only the bytes of the keys change, so that comments, order, blanks and line ends stay. The parser reports
-//! every key where it is written; its path is that of the table header, then the tables inline and the dots of
-//! the key itself:
+//! every key where it is written; its path is that of the table header, then the tables inline and the dots
+//! of the key itself:
 //!
 //! ```text
 //! [program.mount]      header:  program, mount            key 'chosen' below  program, mount
@@ -60,7 +60,8 @@ pub struct KeyChange {
 /// ```
 ///
 /// # Errors
-/// [`InputError`] where the text is not TOML, is none of these files, or holds a key by its old and its new name.
+/// [`InputError`] where the text is not TOML, is none of these files, or holds a key by its old and its new
+/// name.
 pub fn migrate(file: &Path, text: &str) -> Result<Migration, InputError> {
     let tree = DeTable::parse(text).map_err(|e| {
         let message = format!("the text is not TOML: {}", e.message().lines().next().unwrap_or_default());

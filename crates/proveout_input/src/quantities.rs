@@ -103,7 +103,8 @@ pub fn check_quantity(key: &str, value: f64) -> Result<(), OutOfRange> {
     Err(OutOfRange { span: 0..0, key: key.to_owned(), value, least, most })
 }
 
-/// Holds every number of a TOML text against the range of its key. A text that is no TOML is left to its reader.
+/// Holds every number of a TOML text against the range of its key. A text that is no TOML is left to its
+/// reader.
 ///
 /// # Errors
 /// The first number outside of its range, or that is not finite.
@@ -151,7 +152,8 @@ fn check(
     Err(OutOfRange { span, key: path.to_owned(), value, least, most })
 }
 
-/// Writes the ranges into a JSON schema, wherever a property that is a number, or an array of numbers, has a unit.
+/// Writes the ranges into a JSON schema, wherever a property that is a number, or an array of numbers, has a
+/// unit.
 pub fn add_ranges_to_schema(schema: &mut Value) {
     match schema {
         Value::Object(map) => {

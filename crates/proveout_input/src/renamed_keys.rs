@@ -138,8 +138,8 @@ pub fn renamed_key(key: &str, known: &[&str]) -> Option<&'static str> {
     RENAMED.iter().find(|r| r.old == key && known.contains(&r.new)).map(|r| r.new)
 }
 
-/// A dotted key of a scene, as `--set` and sweeps take it, with new names; none where nothing changes. The name
-/// of a program follows `program`; keys of the tool library are below `tools`.
+/// A dotted key of a scene, as `--set` and sweeps take it, with new names; none where nothing changes. The
+/// name of a program follows `program`; keys of the tool library are below `tools`.
 pub(crate) fn new_dotted_key(key: &str) -> Option<String> {
     let mut steps: Vec<&str> = key.split('.').collect();
     let in_library = steps.len() > 1 && steps[0] == "tools";

@@ -72,7 +72,8 @@ impl ActualChain {
     }
 }
 
-/// Newton steps after which the compensation gives up: errors of a thousandth shrink the rest a thousandfold each.
+/// Newton steps after which the compensation gives up: errors of a thousandth shrink the rest a thousandfold
+/// each.
 const COMPENSATION_STEPS: usize = 12;
 
 /// What is left of tip (mm) and axis (radian) when the compensation is at its end: a tenth of what poses are
@@ -86,7 +87,8 @@ impl Machine {
         self.actual.is_some()
     }
 
-    /// Places between two positions of the joints at which a table of errors bends: the actual path has a kink there.
+    /// Places between two positions of the joints at which a table of errors bends: the actual path has a
+    /// kink there.
     pub fn error_bends(&self, from: &JointValues, to: &JointValues) -> usize {
         let tables = self.actual.iter().flat_map(|actual| actual.joints.iter().enumerate());
         tables.filter_map(|(j, joint)| Some(joint.table.as_ref()?.bends(from[j], to[j], joint.joint.endless))).sum()
@@ -127,8 +129,9 @@ impl Machine {
         poses
     }
 
-    /// The joint values that bring the *actual* machine to a pose, continuous with `previous`: what a control with
-    /// a complete volumetric compensation would command. Numerical, from the described machine's closed form.
+    /// The joint values that bring the *actual* machine to a pose, continuous with `previous`: what a control
+    /// with a complete volumetric compensation would command. Numerical, from the described machine's closed
+    /// form.
     ///
     /// The wanted pose is corrected by the error found until nothing is left; each round shrinks the rest
     /// by the size of the errors. The residual is in [`Solution::tip_error`] and [`Solution::axis_error`].

@@ -1,8 +1,9 @@
 //! Two rotary joints that bring the tool axis into a given direction.
 //!
-//! With `a1` the rotary axis nearer to the table, `a2` the one nearer to the tool and `u0` the tool axis at zero, the
-//! angles solve `R(a1, t1) R(a2, t2) u0 = u` (subproblem 2 of Paden 1986 and Kahan; Murray, Li and Sastry 1994,
-//! section 3.2, with `d`, `e`, `f` the arcs below). The direction `v = R(a2, t2) u0` lies on two cones:
+//! With `a1` the rotary axis nearer to the table, `a2` the one nearer to the tool and `u0` the tool axis at
+//! zero, the angles solve `R(a1, t1) R(a2, t2) u0 = u` (subproblem 2 of Paden 1986 and Kahan; Murray, Li and
+//! Sastry 1994, section 3.2, with `d`, `e`, `f` the arcs below). The direction `v = R(a2, t2) u0` lies on two
+//! cones:
 //!
 //! ```text
 //!            a1          v . a1 = u . a1     = cos f    cone of u turned back about a1
@@ -22,10 +23,10 @@
 //!   G = 4 sin((e+f-d)/2) sin((e-f+d)/2) sin((d+f-e)/2) sin((d+e+f)/2)
 //! ```
 //!
-//! (the spherical form of Heron's formula), where each factor keeps its relative precision. The axis can be reached
-//! when `|d - e| <= f <= min(d + e, 2 pi - d - e)`. Limits: where `f` is 0 or pi the angle `t1` is free (the singular
-//! cone has shrunk to the axis `a1`); on the other ends of the range both branches meet, and the angles react to the
-//! square root of a change of `u`.
+//! (the spherical form of Heron's formula), where each factor keeps its relative precision. The axis can be
+//! reached when `|d - e| <= f <= min(d + e, 2 pi - d - e)`. Limits: where `f` is 0 or pi the angle `t1` is
+//! free (the singular cone has shrunk to the axis `a1`); on the other ends of the range both branches meet,
+//! and the angles react to the square root of a change of `u`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -136,8 +137,8 @@ impl AxisPair {
         (f - low).abs().min((high - f).abs())
     }
 
-    /// Tool axes at which the first angle is free: `a1` where the cones about it close (d = e), its opposite where
-    /// d + e = pi.
+    /// Tool axes at which the first angle is free: `a1` where the cones about it close (d = e), its opposite
+    /// where d + e = pi.
     pub(crate) fn poles(&self) -> [Option<Vector>; 2] {
         let closed = |gap: f64| gap.abs() <= SINGULAR_ANGLE;
         [closed(self.d - self.e).then_some(self.first), closed(self.d + self.e - PI).then_some(-self.first)]
@@ -151,8 +152,8 @@ impl AxisPair {
         (height.abs() > SAME_BRANCH).then(|| usize::from(height * self.branch_sign < 0.0))
     }
 
-    /// Limits of both branches where the tool axis leaves a pole in a direction (a unit vector across `a1`): in
-    /// [`Self::solve`] the part in the plane vanishes with the square of f, the height with f itself.
+    /// Limits of both branches where the tool axis leaves a pole in a direction (a unit vector across `a1`):
+    /// in [`Self::solve`] the part in the plane vanishes with the square of f, the height with f itself.
     pub(crate) fn leave(&self, pole: &Vector, direction: &Vector) -> [[f64; 2]; 2] {
         let second = pole.dot(&self.sine).atan2(pole.dot(&self.cosine));
         let (in_plane, across) = (direction.dot(&self.plane), direction.dot(&self.normal));
@@ -198,8 +199,8 @@ impl AxisPair {
     }
 }
 
-/// One rotary axis: the angle that brings `tool_at_zero` nearest to `u`, in the form of [`AxisPair::solve`] with the
-/// angle first.
+/// One rotary axis: the angle that brings `tool_at_zero` nearest to `u`, in the form of [`AxisPair::solve`]
+/// with the angle first.
 pub(crate) fn solve_single(axis: &Vector, tool_at_zero: &Vector, u: &Vector) -> AxisAngles {
     let (from, to) = (arc(axis, tool_at_zero), arc(axis, u));
     let mut result = AxisAngles { count: 1, error: (from - to).abs(), ..AxisAngles::default() };

@@ -20,7 +20,8 @@ pub(crate) struct MachineFile {
     /// Description for the reader.
     #[serde(default)]
     pub(crate) description: String,
-    /// Direction against gravity in machine coordinates, a unit vector; loads by weight are not known without it.
+    /// Direction against gravity in machine coordinates, a unit vector; loads by weight are not known without
+    /// it.
     pub(crate) up: Option<[f64; 3]>,
     /// Where control and programs count X, Y and Z from. Everything else of the file counts as it is written,
     /// with either word.
@@ -42,7 +43,8 @@ pub(crate) struct MachineFile {
     pub(crate) table: TableFile,
     /// The control.
     pub(crate) control: MachineControlFile,
-    /// Mean densities of bodies that state no mass, for drive loads; without it such a body's mass is not known.
+    /// Mean densities of bodies that state no mass, for drive loads; without it such a body's mass is not
+    /// known.
     pub(crate) body_density: Option<DensityFile>,
     /// Parts for collision checks and pictures.
     #[serde(default)]
@@ -112,8 +114,8 @@ pub(crate) struct JointFile {
     pub(crate) rapid_velocity_deg_s: Option<f64>,
     /// Velocity of rapid moves of a rotary joint, in revolutions.
     pub(crate) rapid_velocity_rev_min: Option<f64>,
-    /// Home position of a linear joint, in machine coordinates: its position when the program begins, and its first
-    /// reference point (G28; G30 where no tool change position is stated).
+    /// Home position of a linear joint, in machine coordinates: its position when the program begins, and its
+    /// first reference point (G28; G30 where no tool change position is stated).
     pub(crate) home_mm: Option<f64>,
     /// Home position of a rotary joint, likewise.
     pub(crate) home_deg: Option<f64>,
@@ -221,8 +223,8 @@ pub(crate) struct MachineControlFile {
     pub(crate) chosen: Notes,
 }
 
-/// A part of the machine: boxes, cylinders, prisms, or a node of the model. Coordinates are those of the machine with
-/// all joints at zero.
+/// A part of the machine: boxes, cylinders, prisms, or a node of the model. Coordinates are those of the
+/// machine with all joints at zero.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct BodyFile {
@@ -236,7 +238,8 @@ pub(crate) struct BodyFile {
     pub(crate) color: Option<Vec<u8>>,
     /// False for a body that is only drawn.
     pub(crate) check: bool,
-    /// Mass, for drive loads; when left out, volume times the mean density of its role, where the machine states one.
+    /// Mass, for drive loads; when left out, volume times the mean density of its role, where the machine
+    /// states one.
     pub(crate) mass: Option<MassFile>,
     /// Node of the model file whose meshes, children included, make the body.
     pub(crate) node: Option<String>,
@@ -257,24 +260,26 @@ pub(crate) struct BodyFile {
     pub(crate) chosen: Notes,
 }
 
-/// Mass of a body: what it weighs, or the density of its shape. Coordinates are those of the machine with all joints at
-/// zero.
+/// Mass of a body: what it weighs, or the density of its shape. Coordinates are those of the machine with all
+/// joints at zero.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct MassFile {
-    /// Mass. Without center and inertia the mass is spread evenly over the shape, and the body counts as estimated.
+    /// Mass. Without center and inertia the mass is spread evenly over the shape, and the body counts as
+    /// estimated.
     pub(crate) mass_kg: Option<f64>,
-    /// Instead of the mass: mean density over the shape as drawn, hollows included (solid steel 7850, solid cast iron
-    /// 7200; ribbed castings a quarter to a half). The body counts as estimated.
+    /// Instead of the mass: mean density over the shape as drawn, hollows included (solid steel 7850, solid
+    /// cast iron 7200; ribbed castings a quarter to a half). The body counts as estimated.
     pub(crate) density_kg_m3: Option<f64>,
     /// Center of mass.
     pub(crate) center_mm: Option<[f64; 3]>,
-    /// Inertia about the center, along the machine axes: xx, yy, zz, xy, yz, zx, where xy is minus the integral of x y.
+    /// Inertia about the center, along the machine axes: xx, yy, zz, xy, yz, zx, where xy is minus the
+    /// integral of x y.
     pub(crate) inertia_kg_m2: Option<[f64; 6]>,
 }
 
-/// Mean densities of the bodies that state no mass of their own, over their shapes as drawn, hollows included. Such
-/// bodies count as estimated.
+/// Mean densities of the bodies that state no mass of their own, over their shapes as drawn, hollows
+/// included. Such bodies count as estimated.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DensityFile {
@@ -291,7 +296,8 @@ pub(crate) struct DensityFile {
     pub(crate) chosen: Notes,
 }
 
-/// Two bodies with a rule of their own: either another near-miss distance, or no check of one against the other.
+/// Two bodies with a rule of their own: either another near-miss distance, or no check of one against the
+/// other.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PairFile {

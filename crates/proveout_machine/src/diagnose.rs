@@ -25,7 +25,8 @@ pub struct Diagnosis {
     pub code: &'static str,
     /// How much it weighs.
     pub severity: RemarkSeverity,
-    /// Line of the key in the machine file, of its table where the key is missing; 0 for a machine without a file.
+    /// Line of the key in the machine file, of its table where the key is missing; 0 for a machine without a
+    /// file.
     pub line: usize,
     /// Table or key that it is about, `joint.X.max_jerk_mm_s3`.
     pub key: String,
@@ -347,8 +348,8 @@ impl Machine {
     }
 }
 
-/// A rotary travel of this or less (degrees) looks like radians: two turns are 12.6 rad, and no machine tool swivels by
-/// less than 15 degrees.
+/// A rotary travel of this or less (degrees) looks like radians: two turns are 12.6 rad, and no machine tool
+/// swivels by less than 15 degrees.
 const RADIAN_RANGE_DEG: f64 = 12.7;
 
 /// Time in which an axis comes to its highest velocity, s: what is shorter or longer is a slip of a unit.

@@ -1,4 +1,5 @@
-//! What is known of a joint's drive: loop gains, friction, backlash, elasticity, force limit; `[joint.drive]`.
+//! What is known of a joint's drive: loop gains, friction, backlash, elasticity, force limit;
+//! `[joint.drive]`.
 //!
 //! ```text
 //!              Kv              Kp, Tn           F max
@@ -43,8 +44,8 @@ pub struct ElasticMode {
     pub damping: f64,
 }
 
-/// Data of a joint's drive, seen at the joint. Forces in N, torques in N mm, masses in kg, inertias in kg mm²; mm,
-/// radian, second.
+/// Data of a joint's drive, seen at the joint. Forces in N, torques in N mm, masses in kg, inertias in kg
+/// mm²; mm, radian, second.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drive {
     /// Kv, 1/s.

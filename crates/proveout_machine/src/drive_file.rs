@@ -10,12 +10,13 @@ use crate::{
     units::{N_MM_PER_N_M, N_S_MM_PER_N_S_M},
 };
 
-/// The drive of one joint, as the file states it. What is left out is not there: no integral part, no feed-forward, no
-/// friction, no backlash, no elasticity, no limit of the force.
+/// The drive of one joint, as the file states it. What is left out is not there: no integral part, no
+/// feed-forward, no friction, no backlash, no elasticity, no limit of the force.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DriveFile {
-    /// Gain of the position loop Kv, 1/s: commanded velocity over position error (1 m/min per mm is 16.67 1/s).
+    /// Gain of the position loop Kv, 1/s: commanded velocity over position error (1 m/min per mm is 16.67
+    /// 1/s).
     pub(crate) position_gain_1_s: f64,
     /// Gain of the velocity loop of a linear joint.
     #[serde(rename = "velocity_gain_N_s_m")]
@@ -65,15 +66,15 @@ pub(crate) struct DriveFile {
     pub(crate) backlash_mm: Option<f64>,
     /// Lost motion between motor and load of a rotary joint.
     pub(crate) backlash_deg: Option<f64>,
-    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale on the load side).
-    /// Required with backlash or elasticity.
+    /// Where the position is measured: motor (before backlash and elasticity) or load (a scale on the load
+    /// side). Required with backlash or elasticity.
     pub(crate) encoder: Option<Encoder>,
     /// Natural frequency of the load on the held motor.
     pub(crate) elastic_frequency_hz: Option<f64>,
     /// Damping ratio of that oscillation, 0 to 1; required together with the frequency.
     pub(crate) elastic_damping: Option<f64>,
-    /// Motor, screw and gear of a linear joint, as a mass at the joint; required together with the elastic frequency.
-    /// Moves in addition to the mass of the joint.
+    /// Motor, screw and gear of a linear joint, as a mass at the joint; required together with the elastic
+    /// frequency. Moves in addition to the mass of the joint.
     pub(crate) motor_mass_kg: Option<f64>,
     /// Motor and gear of a rotary joint, as an inertia at the joint.
     pub(crate) motor_inertia_kg_m2: Option<f64>,

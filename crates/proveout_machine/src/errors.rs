@@ -10,9 +10,10 @@
 //!   of Y to X) or its zero shifted (the part along it). The lines are those at zero: an error of one joint
 //!   does not shift the line of the next, and a workpiece set at zero positions stays where it was set (zero
 //!   errors apart).
-//! * Against the position: six components, linear between the positions of a table, its end values beyond them.
-//!   The shifts are those of the reference point. With N the nominal motion and E the error about the reference
-//!   point, a slide moves by N E (the point travels along), a rotary joint by E N (components in resting axes).
+//! * Against the position: six components, linear between the positions of a table, its end values beyond
+//!   them. The shifts are those of the reference point. With N the nominal motion and E the error about the
+//!   reference point, a slide moves by N E (the point travels along), a rotary joint by E N (components in
+//!   resting axes).
 
 use proveout_geom::{Point, Pose, Vector};
 

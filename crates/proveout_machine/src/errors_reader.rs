@@ -19,7 +19,8 @@ const MEANINGLESS: f64 = 1e-9;
 /// Positions of an endless axis span a turn within this, radian: rounding of degrees.
 const FULL_TURN: f64 = 1e-9;
 
-/// Largest error (mm, radian) that is still one: beyond it a number has the wrong unit, or the description is wrong.
+/// Largest error (mm, radian) that is still one: beyond it a number has the wrong unit, or the description is
+/// wrong.
 const IMPLAUSIBLE: [f64; 2] = [5.0, 0.02];
 
 /// Geometric errors of the actual machine.

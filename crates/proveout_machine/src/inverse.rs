@@ -5,14 +5,15 @@ use thiserror::Error;
 
 use crate::{Joint, JointValues, Machine, axis_pair::SINGULAR_ANGLE, joint::TRAVEL_TOLERANCE};
 
-/// Largest angle (radian) between the wanted and the reached tool axis for a pose to count as reached: 1e-6 rad is
-/// 0.2 arc second and admits axes that were written with six digits on the edge of what a machine reaches.
+/// Largest angle (radian) between the wanted and the reached tool axis for a pose to count as reached: 1e-6
+/// rad is 0.2 arc second and admits axes that were written with six digits on the edge of what a machine
+/// reaches.
 pub const AXIS_TOLERANCE: f64 = 1e-6;
 /// A shorter tool axis has no direction.
 const SHORTEST: f64 = 1e-9;
 
-/// Largest distance (mm) between the wanted and the reached tip; it only matters for machines whose linear joints do
-/// not span space.
+/// Largest distance (mm) between the wanted and the reached tip; it only matters for machines whose linear
+/// joints do not span space.
 pub const TIP_TOLERANCE: f64 = 1e-6;
 
 /// One set of joint values for a pose.
@@ -59,11 +60,13 @@ pub struct Solution {
     pub branch: usize,
     /// A rotary joint is not determined by the pose and keeps its previous value, or two branches meet.
     pub singular: bool,
-    /// Distance between wanted and reached tip, mm: zero in closed form, the residual of a numerical solution.
+    /// Distance between wanted and reached tip, mm: zero in closed form, the residual of a numerical
+    /// solution.
     pub tip_error: f64,
     /// Angle between wanted and reached tool axis, radian.
     pub axis_error: f64,
-    /// The position that [`Machine::inverse_chosen`] was asked for is out of travel, and this is the other one.
+    /// The position that [`Machine::inverse_chosen`] was asked for is out of travel, and this is the other
+    /// one.
     pub other: bool,
 }
 
@@ -82,7 +85,8 @@ pub enum KinematicsError {
         /// Distance, mm.
         distance: f64,
     },
-    /// A joint would pass its travel in every branch. The branch nearest to the previous position is reported.
+    /// A joint would pass its travel in every branch. The branch nearest to the previous position is
+    /// reported.
     #[error("joint {name} would be at {}, its limit is {}", shown(*value, *rotary), shown(*limit, *rotary))]
     OverTravel {
         /// Index of the joint.
@@ -115,10 +119,11 @@ fn shown(value: f64, rotary: bool) -> String {
 impl Machine {
     /// All joint values that bring the tip of a tool of `tool_length` (mm) into a pose in the table frame K.
     ///
-    /// The rotary joints follow from the tool axis in closed form, the linear joints from the tip. Order of the
-    /// branches: of the two rotary joints let the second be the one nearer to the tool (along the chain from the
-    /// table over the base to the spindle); branch 0 has the larger cosine of the second angle, thus the smaller tilt,
-    /// and where both tilts are equal and opposite it has the positive one. At a singular pose there is one branch.
+    /// The rotary joints follow from the tool axis in closed form, the linear joints from the tip. Order of
+    /// the branches: of the two rotary joints let the second be the one nearer to the tool (along the chain
+    /// from the table over the base to the spindle); branch 0 has the larger cosine of the second angle, thus
+    /// the smaller tilt, and where both tilts are equal and opposite it has the positive one. At a singular
+    /// pose there is one branch.
     ///
     /// Travel is not checked; held joints are at home. If the axis cannot be reached, there are no branches
     /// and [`Branches::axis_error`] gives the remaining angle. A pose that is not finite gives no branches
@@ -176,7 +181,8 @@ impl Machine {
         result
     }
 
-    /// The one solution of a machine with more than two moving rotary joints: the nearest to the given values.
+    /// The one solution of a machine with more than two moving rotary joints: the nearest to the given
+    /// values.
     fn numerical_branch(&self, pose: &ToolPose, axis: &Vector, tool_length: f64, given: &JointValues) -> Branches {
         let mut q = *given;
         let axis_error = self.solver.turn_numerically(&self.chain, &self.joints, &mut q, axis);
@@ -186,8 +192,8 @@ impl Machine {
         Branches { items: [branch, Branch::default()], count: 1, axis_error }
     }
 
-    /// True where inverse kinematics is in closed form: at most two rotary joints that are not held. Else it is
-    /// numerical: the smallest motion of the rotary joints from the previous position (from home for
+    /// True where inverse kinematics is in closed form: at most two rotary joints that are not held. Else it
+    /// is numerical: the smallest motion of the rotary joints from the previous position (from home for
     /// [`Machine::inverse`]), one branch, with the residual in its errors.
     pub fn has_closed_form(&self) -> bool {
         self.solver.has_closed_form()
@@ -195,9 +201,10 @@ impl Machine {
 
     /// The joint values for a pose that continue a motion from `previous`.
     ///
-    /// Each branch is unwrapped to the turn nearest to `previous` that its travel admits; of the branches whose rotary
-    /// joints stay within travel the one with the least |d r1| + |d r2| is taken, on a tie the lower branch. Where the
-    /// pose leaves a rotary joint free it keeps its previous value. Held joints stay where `previous` has them.
+    /// Each branch is unwrapped to the turn nearest to `previous` that its travel admits; of the branches
+    /// whose rotary joints stay within travel the one with the least |d r1| + |d r2| is taken, on a tie the
+    /// lower branch. Where the pose leaves a rotary joint free it keeps its previous value. Held joints stay
+    /// where `previous` has them.
     ///
     /// ```
     /// use proveout_geom::{Point, ToolPose, Vector, deg};
@@ -214,8 +221,8 @@ impl Machine {
     /// ```
     ///
     /// # Errors
-    /// [`KinematicsError`]: the axis is out of reach, or a joint would pass its travel. Linear travel is tested on the
-    /// chosen branch only: a control does not turn the tool over because a slide ends.
+    /// [`KinematicsError`]: the axis is out of reach, or a joint would pass its travel. Linear travel is
+    /// tested on the chosen branch only: a control does not turn the tool over because a slide ends.
     pub fn inverse_nearest(
         &self,
         pose_in_table: &ToolPose,

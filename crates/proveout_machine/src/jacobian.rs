@@ -32,10 +32,10 @@ impl Machine {
         jacobian
     }
 
-    /// Rate at which the rotary joints turn, at worst, for one radian of tool axis change: the reciprocal of the
-    /// smallest singular value of d(axis)/d(rotary joints). At least one half on any machine, about 1 / sin(tilt) on a
-    /// machine whose table turns about the upright tool, infinite at a singular pose. `None` on machines with fewer
-    /// than two rotary joints.
+    /// Rate at which the rotary joints turn, at worst, for one radian of tool axis change: the reciprocal of
+    /// the smallest singular value of d(axis)/d(rotary joints). At least one half on any machine, about 1 /
+    /// sin(tilt) on a machine whose table turns about the upright tool, infinite at a singular pose. `None`
+    /// on machines with fewer than two rotary joints.
     ///
     /// ```
     /// use proveout_geom::rad;
@@ -63,9 +63,9 @@ impl Machine {
         }
         let jacobian = self.jacobian(q, 0.0);
         let rate = |j: usize| -> Vector { jacobian.fixed_view::<3, 1>(3, j).into() };
-        // All rates lie across the tool axis, so there are two singular values at most. Their product squared is the
-        // sum of |a x b|² over the pairs of rates (Cauchy and Binet), their square sum that of |a|²; their sum and
-        // difference are better conditioned than the eigenvalues of the normal matrix.
+        // All rates lie across the tool axis, so there are two singular values at most. Their product squared
+        // is the sum of |a x b|² over the pairs of rates (Cauchy and Binet), their square sum that of |a|²;
+        // their sum and difference are better conditioned than the eigenvalues of the normal matrix.
         let (mut squares, mut products) = (0.0, 0.0);
         for (k, &first) in rotary.iter().enumerate() {
             let a = rate(first);

@@ -11,14 +11,14 @@ use crate::Drive;
 /// Largest number of joints of a machine, held ones included.
 pub const MAX_JOINTS: usize = 8;
 
-/// Two rotary positions nearer than this (radian) count as equal where a travel limit is tested: 1e-9 rad is 0.0002
-/// arc second, far below any encoder, and covers the rounding of degrees read from text.
+/// Two rotary positions nearer than this (radian) count as equal where a travel limit is tested: 1e-9 rad is
+/// 0.0002 arc second, far below any encoder, and covers the rounding of degrees read from text.
 pub(crate) const TRAVEL_TOLERANCE: f64 = 1e-9;
 
 /// One number a joint, in the order of [`crate::Machine::joints`]; unused entries are zero.
 ///
-/// Positions are in mm (linear) and radian (rotary); the same type serves velocities, accelerations and jerks, in mm
-/// and radian per second, second² and second³.
+/// Positions are in mm (linear) and radian (rotary); the same type serves velocities, accelerations and
+/// jerks, in mm and radian per second, second² and second³.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointValues(pub [f64; MAX_JOINTS]);
 
@@ -169,7 +169,8 @@ pub struct Joint {
     pub direction: Vector,
     /// A point on the axis of a rotary joint in M with all joints at zero, mm; the origin for a linear joint.
     pub point: Point,
-    /// Sideways shift that comes with the turn: the tilt joint of a [`crate::Platform`] has one, no other joint.
+    /// Sideways shift that comes with the turn: the tilt joint of a [`crate::Platform`] has one, no other
+    /// joint.
     pub turn_shift: Option<TurnShift>,
     /// +1 or -1: the carried body moves physically by `sense` times the joint value along (about,
     /// right-handed) the direction. A table axis after ISO 841 has -1, since its values describe the motion

@@ -6,18 +6,19 @@
 //!   table_from_spindle(q) = Wn^-1 ... W1^-1  T1 ... Tm  S0          all in M at zero
 //! ```
 //!
-//! With every joint given by its line in M at zero, the pose is a product of exponentials (Brockett 1984; Lynch and
-//! Park 2017, section 4.1): no frames between the joints are needed. A work joint enters with the opposite sign, since
-//! its motion is undone. Each factor then is a slide or turn by the joint value about a signed direction, and the
-//! chain is handled alike whatever is on which side. The tilt joint of a platform shifts sideways as it turns
-//! ([`TurnShift`]): after the turn on the tool side, before the undone turn on the work side.
+//! With every joint given by its line in M at zero, the pose is a product of exponentials (Brockett 1984;
+//! Lynch and Park 2017, section 4.1): no frames between the joints are needed. A work joint enters with the
+//! opposite sign, since its motion is undone. Each factor then is a slide or turn by the joint value about a
+//! signed direction, and the chain is handled alike whatever is on which side. The tilt joint of a platform
+//! shifts sideways as it turns ([`TurnShift`]): after the turn on the tool side, before the undone turn on
+//! the work side.
 
 use proveout_geom::{Point, Pose, ToolPose, Vector, sin_cos};
 
 use crate::{Carries, Joint, JointKind, JointValues, MAX_JOINTS, TurnShift};
 
-/// One joint in the chain, sign applied: a positive joint value moves what is nearer to the tool by +value about
-/// `direction`.
+/// One joint in the chain, sign applied: a positive joint value moves what is nearer to the tool by +value
+/// about `direction`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ChainLink {
     pub(crate) joint: usize,
@@ -113,8 +114,9 @@ impl ChainLink {
         Pose { translation: turn.translation + turn.rotation * before + after, ..turn }
     }
 
-    /// What the shift adds to the velocity of everything beyond the link for one radian per second, in the frame before
-    /// it, when the turn is counted about the line at rest: after the turn the line itself has shifted.
+    /// What the shift adds to the velocity of everything beyond the link for one radian per second, in the
+    /// frame before it, when the turn is counted about the line at rest: after the turn the line itself has
+    /// shifted.
     pub(crate) fn shift_rate(&self, value: f64) -> Vector {
         match &self.shift {
             None => Vector::zeros(),
@@ -130,8 +132,8 @@ impl Chain {
         Self { links: order.map(|&j| ChainLink::new(j, &joints[j])).collect(), spindle_at_zero }
     }
 
-    /// Tip and axis in K: the two are carried through the links from the tool to the table, which costs two turned
-    /// vectors a rotary joint and no matrix.
+    /// Tip and axis in K: the two are carried through the links from the tool to the table, which costs two
+    /// turned vectors a rotary joint and no matrix.
     pub(crate) fn forward(&self, q: &JointValues, tool_length: f64) -> ToolPose {
         let s0 = &self.spindle_at_zero;
         let mut axis: Vector = s0.rotation.column(2).into();

@@ -11,8 +11,9 @@
 //! zero, and says whether it carries tool or workpiece and which way it moves: [`Joint::sense`].
 //!
 //! Main types:
-//! * [`Machine`] – read with [`Machine::read`]; forward ([`Machine::forward`]), inverse ([`Machine::inverse`],
-//!   [`Machine::inverse_nearest`], [`Machine::inverse_with_rotary`]), rates ([`Machine::jacobian`]).
+//! * [`Machine`] – read with [`Machine::read`]; forward ([`Machine::forward`]), inverse
+//!   ([`Machine::inverse`], [`Machine::inverse_nearest`], [`Machine::inverse_with_rotary`]), rates
+//!   ([`Machine::jacobian`]).
 //! * [`Joint`] – one axis and its limits; [`Machine::missing_limits`] lists those that are not stated.
 //! * [`Platform`] – a heave and a tilt joint on three legs (3-RPS), with leg lengths and rates.
 //! * [`GeometricErrors`] – what the actual machine does differently: [`Machine::actual_forward`],

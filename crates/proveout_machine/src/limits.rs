@@ -7,8 +7,8 @@ use crate::{JointKind, JointValues, Machine};
 /// A leg may be past the end of its travel by this, mm: rounding.
 const LENGTH_TOLERANCE_MM: f64 = 1e-9;
 
-/// Joint positions and their first three derivatives by time: mm or radian, per s, s² and s³. What is not known is
-/// [`JointValues::ZERO`], which keeps every limit.
+/// Joint positions and their first three derivatives by time: mm or radian, per s, s² and s³. What is not
+/// known is [`JointValues::ZERO`], which keeps every limit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MotionState {
     /// Positions.
@@ -166,7 +166,8 @@ impl Machine {
         all
     }
 
-    /// The amplification of a pose where it is above `limit` (rad/rad): see [`Machine::rotary_amplification`].
+    /// The amplification of a pose where it is above `limit` (rad/rad): see
+    /// [`Machine::rotary_amplification`].
     pub fn amplification_violation(&self, q: &JointValues, limit: f64) -> Option<LimitViolation> {
         let value = self.rotary_amplification(q)?;
         let within = value <= limit;

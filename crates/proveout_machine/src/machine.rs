@@ -51,7 +51,8 @@ pub struct ControlKinematics {
 /// What the machine's control does and takes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Control {
-    /// Control file of its programs: the name of a built-in one, or a path from the folder of the machine's file.
+    /// Control file of its programs: the name of a built-in one, or a path from the folder of the machine's
+    /// file.
     pub file: Option<String>,
     /// Interpolation cycle, s.
     pub cycle_time: f64,
@@ -79,7 +80,8 @@ pub struct Control {
 /// Where a number of a machine file comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Trust {
-    /// Path of the key, `joint.Z.max_jerk_mm_s3`; ends in `*` where the note covers all other keys of its table.
+    /// Path of the key, `joint.Z.max_jerk_mm_s3`; ends in `*` where the note covers all other keys of its
+    /// table.
     pub key: String,
     /// True for a number that somebody chose because none is published.
     pub chosen: bool,
@@ -89,9 +91,10 @@ pub struct Trust {
 
 /// A machine: two chains of joints, the bodies on them, limits, spindle and control.
 ///
-/// Frames: M machine, fixed to the base; K table, equal to M with all joints at zero and carried by the last work
-/// joint; S spindle at the gauge line. The geometry of the joints is compiled when the machine is made: limits may be
-/// changed in place, while a change of directions, points or chains needs [`Machine::recompiled`].
+/// Frames: M machine, fixed to the base; K table, equal to M with all joints at zero and carried by the last
+/// work joint; S spindle at the gauge line. The geometry of the joints is compiled when the machine is made:
+/// limits may be changed in place, while a change of directions, points or chains needs
+/// [`Machine::recompiled`].
 ///
 /// ```
 /// use proveout_machine::Machine;
@@ -166,7 +169,8 @@ impl Machine {
         q
     }
 
-    /// Tip and axis in the table frame K, of a tool whose tip is `tool_length` (mm) in front of the gauge line.
+    /// Tip and axis in the table frame K, of a tool whose tip is `tool_length` (mm) in front of the gauge
+    /// line.
     ///
     /// ```
     /// use proveout_geom::{Point, Vector};

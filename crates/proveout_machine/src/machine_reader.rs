@@ -1,4 +1,5 @@
-//! From the content of `machine.toml` to a [`Machine`], with every check that a single value or a pair of them allows.
+//! From the content of `machine.toml` to a [`Machine`], with every check that a single value or a pair of
+//! them allows.
 
 use std::path::{Path, PathBuf};
 

@@ -1,8 +1,9 @@
-//! Mass, center and inertia of bodies: stated, or estimated from the shape and a density, the body's own or that of its
-//! role in `[body_density]`.
+//! Mass, center and inertia of bodies: stated, or estimated from the shape and a density, the body's own or
+//! that of its role in `[body_density]`.
 //!
-//! A closed shell of triangles bounds the signed tetrahedra of its triangles and any one point. With `a, b, c` the
-//! corners of a triangle seen from that point and `v = a . (b x c) / 6` its tetrahedron's volume, the sums
+//! A closed shell of triangles bounds the signed tetrahedra of its triangles and any one point. With
+//! `a, b, c` the corners of a triangle seen from that point and `v = a . (b x c) / 6` its tetrahedron's
+//! volume, the sums
 //!
 //! ```text
 //!   V = sum v        V center = sum v (a + b + c) / 4
@@ -11,8 +12,8 @@
 //!
 //! are exact for every polyhedron (Lien and Kajiya 1984; Tonon 2004). The inertia tensor is trace(J) 1 - J.
 //!
-//! Limits: shells of one body that overlap count twice where they overlap; a stated mass scales the result, so that
-//! only its distribution is then estimated.
+//! Limits: shells of one body that overlap count twice where they overlap; a stated mass scales the result,
+//! so that only its distribution is then estimated.
 
 use nalgebra::Matrix3;
 use proveout_geom::{Point, TriMesh, Vector};
@@ -58,8 +59,8 @@ pub struct BodyMass {
     pub estimated: bool,
 }
 
-/// Volume (mm³), center (mm) and inertia over density about the center (mm⁵) of a closed mesh; none when the volume is
-/// not above zero.
+/// Volume (mm³), center (mm) and inertia over density about the center (mm⁵) of a closed mesh; none when the
+/// volume is not above zero.
 pub(crate) fn solid_moments(mesh: &TriMesh) -> Option<(f64, Point, Matrix3<f64>)> {
     let origin = mesh.aabb().center();
     let (mut volume, mut first, mut second) = (0.0, Vector::zeros(), Matrix3::zeros());
@@ -81,7 +82,8 @@ pub(crate) fn solid_moments(mesh: &TriMesh) -> Option<(f64, Point, Matrix3<f64>)
     Some((volume, origin + center, inertia))
 }
 
-/// Checks the mass of body `index` and completes it from the shape; a body without one takes the density of its role.
+/// Checks the mass of body `index` and completes it from the shape; a body without one takes the density of
+/// its role.
 pub(crate) fn read_mass(
     source: &Document<'_>,
     index: usize,
@@ -134,7 +136,8 @@ fn spread((volume, center, over_density): (f64, Point, Matrix3<f64>), mass: f64)
     BodyMass { mass, center, inertia: over_density * (mass / volume), estimated: true }
 }
 
-/// True for the tensor of a body: positive, and no principal value above the sum of the others (within rounding).
+/// True for the tensor of a body: positive, and no principal value above the sum of the others (within
+/// rounding).
 pub(crate) fn is_inertia(tensor: &Matrix3<f64>) -> bool {
     if !tensor.iter().all(|v| v.is_finite()) {
         return false;
@@ -169,7 +172,8 @@ mod tests {
         let (r, h) = (30.0, 80.0);
         let mesh = cylinder_mesh(r, 0.0, h, 720);
         let (volume, center, inertia) = solid_moments(&mesh).expect("closed");
-        // A polygon of n sides has 1 - 6.6/n^2 of the circle's area: 1.3e-5 for 720; twice that for the inertia.
+        // A polygon of n sides has 1 - 6.6/n^2 of the circle's area: 1.3e-5 for 720; twice that for the
+        // inertia.
         assert!((volume / (std::f64::consts::PI * r * r * h) - 1.0).abs() < 2e-5);
         assert!((center.z - h / 2.0).abs() < 1e-9);
         assert!((inertia[(2, 2)] / (volume * r * r / 2.0) - 1.0).abs() < 4e-5);

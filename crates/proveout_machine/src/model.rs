@@ -114,7 +114,8 @@ mod tests {
         // glTF x, y (up), z become x, z, -y: 1 m right and 2 m up, the tetrahedron's z edge to the front.
         let column = model.node_mesh("Column", &["Column", "Head"]).expect("node");
         assert!(near(&column.aabb(), [1000.0, -1000.0, 2000.0], [2000.0, 0.0, 3000.0]), "{:?}", column.aabb());
-        // A quarter about the upright axis turns the x edge to the back (glTF -z, machine +y), the z edge to +x.
+        // A quarter about the upright axis turns the x edge to the back (glTF -z, machine +y), the z edge to
+        // +x.
         let head = model.node_mesh("Head", &["Column", "Head"]).expect("node");
         assert!(near(&head.aabb(), [1000.0, 0.0, 2500.0], [2000.0, 1000.0, 3500.0]), "{:?}", head.aabb());
         for mesh in [&column, &head] {

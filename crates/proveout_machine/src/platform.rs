@@ -32,8 +32,8 @@
 //! a - k cos a)` with `k = 0.5 r_b + r_p`, so that the assembly has two tilts, and the one nearer to the
 //! last is taken. They meet where leg 1 lies in the plane of the moving plate.
 //!
-//! Limits: the second tilt, which legs 2 and 3 of different length would give, is not driven; lengths that differ are
-//! refused. The legs are rigid.
+//! Limits: the second tilt, which legs 2 and 3 of different length would give, is not driven; lengths that
+//! differ are refused. The legs are rigid.
 
 use proveout_geom::Vector;
 use thiserror::Error;
@@ -69,7 +69,8 @@ pub struct Platform {
     pub name: String,
     /// Linear joint: height of the moving plate.
     pub heave: usize,
-    /// Rotary joint on the heave joint: tilt of the moving plate. Its point is the middle of the moving circle.
+    /// Rotary joint on the heave joint: tilt of the moving plate. Its point is the middle of the moving
+    /// circle.
     pub tilt: usize,
     /// Radius of the circle of fixed joints, mm.
     pub fixed_radius: f64,
@@ -142,7 +143,8 @@ impl Platform {
         }
     }
 
-    /// Shift of the plate's middle along [`Platform::leg_1_direction`], mm: the parasitic motion, never positive.
+    /// Shift of the plate's middle along [`Platform::leg_1_direction`], mm: the parasitic motion, never
+    /// positive.
     pub fn parasitic_shift(&self, q: &JointValues) -> f64 {
         // 1 - cos a without cancellation.
         let half = (0.5 * q[self.tilt]).sin();
@@ -176,7 +178,8 @@ impl Platform {
         [[first[0], second[0], second[0]], [first[1], second[1], second[1]]]
     }
 
-    /// Rates of leg 1 and of legs 2 and 3 with the values of heave joint (first column, mm/mm) and tilt joint (mm/rad).
+    /// Rates of leg 1 and of legs 2 and 3 with the values of heave joint (first column, mm/mm) and tilt joint
+    /// (mm/rad).
     pub fn leg_rates(&self, q: &JointValues) -> [[f64; 2]; 2] {
         let s = self.state(q);
         let r = self.moving_radius;
@@ -229,8 +232,8 @@ impl Platform {
         (first * second).abs()
     }
 
-    /// Values of heave and tilt joint (mm, radian) for leg lengths (mm); of the two assemblies the one whose tilt is
-    /// nearer to `near`.
+    /// Values of heave and tilt joint (mm, radian) for leg lengths (mm); of the two assemblies the one whose
+    /// tilt is nearer to `near`.
     ///
     /// # Errors
     /// [`PlatformError`]: the legs do not close.

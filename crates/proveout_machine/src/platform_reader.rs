@@ -32,7 +32,8 @@ pub(crate) struct PlatformFile {
     /// 3-RPS.
     #[expect(dead_code, reason = "there is one kind, which reading the word has checked")]
     pub(crate) kind: PlatformKindFile,
-    /// Linear joint for the height of the moving plate; its direction points from the fixed to the moving plate.
+    /// Linear joint for the height of the moving plate; its direction points from the fixed to the moving
+    /// plate.
     pub(crate) heave: String,
     /// Rotary joint on the heave joint for the tilt; its point is the middle of the moving joints' circle.
     pub(crate) tilt: String,
@@ -42,7 +43,8 @@ pub(crate) struct PlatformFile {
     pub(crate) moving_radius_mm: f64,
     /// Height of the moving circle over the fixed one with all joints at zero.
     pub(crate) height_mm: f64,
-    /// Unit vector from the middle to leg 1, at right angles to heave and tilt. Legs 2 and 3 are at 120 degrees.
+    /// Unit vector from the middle to leg 1, at right angles to heave and tilt. Legs 2 and 3 are at 120
+    /// degrees.
     pub(crate) leg_1_direction: [f64; 3],
     /// The three legs; legs 2 and 3 move alike.
     #[serde(default)]

@@ -33,8 +33,8 @@ struct LinearBlock {
     joints_from_offset: Matrix3<f64>,
 }
 
-/// Determinant of three unit directions below which they count as lying in a plane; they are then solved in the sense
-/// of least squares.
+/// Determinant of three unit directions below which they count as lying in a plane; they are then solved in
+/// the sense of least squares.
 const FLAT_DETERMINANT: f64 = 1e-9;
 
 /// The numerical way gives up after this many steps; from a neighboring pose it needs three to five.
@@ -47,7 +47,8 @@ const NUMERICAL_FLOOR: f64 = 4e-16;
 const MAX_AXIS_STEP: f64 = 0.3;
 const MAX_JOINT_STEP: f64 = 0.6;
 
-/// Damping of the numerical way: at first and at least, after a step that did not help at least, and where it gives up.
+/// Damping of the numerical way: at first and at least, after a step that did not help at least, and where it
+/// gives up.
 const LEAST_DAMPING: f64 = 1e-12;
 const DAMPED: f64 = 1e-9;
 const MOST_DAMPING: f64 = 1e6;
@@ -93,8 +94,8 @@ impl Solver {
         self.rotary.len() <= 2
     }
 
-    /// Rotary angles near those of `q` that bring the tool axis into the unit vector `u` of K, for any number of rotary
-    /// joints; sets them in `q` and returns the angle that is left.
+    /// Rotary angles near those of `q` that bring the tool axis into the unit vector `u` of K, for any number
+    /// of rotary joints; sets them in `q` and returns the angle that is left.
     ///
     /// Each step is the smallest motion that brings the axis onto `u` at first order, damped where the joints
     /// turn the axis little (Levenberg 1944, Marquardt 1963): with the rates A (3 x n) it is `A' (A A' + m
@@ -180,8 +181,8 @@ impl Solver {
         (axis, rates)
     }
 
-    /// Second singular value, at its largest over a set of joint values, of the tool axis rates: zero when the rotary
-    /// joints can only swing the tool in a plane.
+    /// Second singular value, at its largest over a set of joint values, of the tool axis rates: zero when
+    /// the rotary joints can only swing the tool in a plane.
     pub(crate) fn freedom(&self, chain: &Chain) -> f64 {
         let mut best = 0.0_f64;
         for k in 0..16 {
@@ -219,8 +220,8 @@ impl Solver {
         self.pair.is_some() || AxisPair::new(first, second, tool).is_some()
     }
 
-    /// First and second rotary axis and tool axis, each with the held joints between it and the first rotary joint
-    /// applied, and the wanted axis seen from before the first rotary joint.
+    /// First and second rotary axis and tool axis, each with the held joints between it and the first rotary
+    /// joint applied, and the wanted axis seen from before the first rotary joint.
     fn frame(&self, chain: &Chain, held: &JointValues, u: &Vector) -> (Vector, Vector, Vector, Vector) {
         let first = self.rotary.first().copied();
         let mut wanted = *u;
@@ -373,8 +374,8 @@ impl LinearBlock {
         Some(Self { first, last, joints_from_offset })
     }
 
-    /// What the three joints together must add, in the frame that they slide in: the wanted tip is carried through the
-    /// links on the table side, the tip at zero through those on the tool side.
+    /// What the three joints together must add, in the frame that they slide in: the wanted tip is carried
+    /// through the links on the table side, the tip at zero through those on the tool side.
     fn offset(&self, chain: &Chain, q: &JointValues, tip: &Point, tool_length: f64, linear: &[usize]) -> Vector {
         let mut wanted = *tip;
         for link in &chain.links[..self.first] {

@@ -1,4 +1,5 @@
-//! Checks on the tree of joints as a whole: chains, loops, and whether the joints span the motion that they must.
+//! Checks on the tree of joints as a whole: chains, loops, and whether the joints span the motion that they
+//! must.
 
 use proveout_input::{Document, Step::Item, Step::Key};
 

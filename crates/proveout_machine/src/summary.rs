@@ -34,7 +34,8 @@ impl Machine {
         }
     }
 
-    /// Whether the travel of a joint was chosen (`Some(true)`), has a source (`Some(false)`), or neither is said.
+    /// Whether the travel of a joint was chosen (`Some(true)`), has a source (`Some(false)`), or neither is
+    /// said.
     pub fn travel_is_chosen(&self, joint: &Joint) -> Option<bool> {
         self.travel_note(joint).map(|t| t.chosen)
     }

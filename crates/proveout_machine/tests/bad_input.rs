@@ -88,7 +88,8 @@ fn refusal(text: &str) -> InputError {
     }
 }
 
-/// Replaces one piece of the good file and checks code, the text at the line named, and a part of the message.
+/// Replaces one piece of the good file and checks code, the text at the line named, and a part of the
+/// message.
 #[track_caller]
 fn expect(old: &str, new: &str, code: &str, at_line: &str, part: &str) {
     assert!(GOOD.contains(old), "{old}");

@@ -1,4 +1,5 @@
-//! Drives and masses in the machine file: units inside, what is optional, and every mistake with key and remedy.
+//! Drives and masses in the machine file: units inside, what is optional, and every mistake with key and
+//! remedy.
 
 use std::path::Path;
 

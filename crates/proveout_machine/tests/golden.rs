@@ -1,8 +1,8 @@
 //! The four machine families of `tests/reference/kinematics_golden.csv`: pose to joints and back, to 1e-9.
 //!
-//! The linear columns of the file give the tip with the head at zero, so the spindle's gauge line at zero is put one
-//! pivot length (and the head's axes as well) above the machine zero and the tool length equals it: then a slide
-//! position is the file's coordinate.
+//! The linear columns of the file give the tip with the head at zero, so the spindle's gauge line at zero is
+//! put one pivot length (and the head's axes as well) above the machine zero and the tool length equals it:
+//! then a slide position is the file's coordinate.
 #![allow(clippy::print_stdout, reason = "figures for people, shown with --nocapture")]
 
 use std::path::Path;
@@ -10,8 +10,8 @@ use std::path::Path;
 use proveout_geom::{Point, ToolPose, Vector, rad, wrap_near};
 use proveout_machine::{JointValues, Machine};
 
-/// The file has nine decimals: half a unit in each of three coordinates (0.9e-9 mm) and half a unit of an angle,
-/// 0.5e-9 degrees, on an arm of up to 200 mm (1.7e-9 mm).
+/// The file has nine decimals: half a unit in each of three coordinates (0.9e-9 mm) and half a unit of an
+/// angle, 0.5e-9 degrees, on an arm of up to 200 mm (1.7e-9 mm).
 const POSITION_MM: f64 = 2.6e-9;
 /// Half a unit in each of three components of the axis.
 const AXIS_RAD: f64 = 1e-9;

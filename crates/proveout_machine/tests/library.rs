@@ -1,5 +1,5 @@
-//! The machines of the folder `machines/`: each reads without warnings, its bodies are solids that clear each other at
-//! home, and the poses that its scenes need lie within travel.
+//! The machines of the folder `machines/`: each reads without warnings, its bodies are solids that clear each
+//! other at home, and the poses that its scenes need lie within travel.
 
 use std::path::{Path, PathBuf};
 
@@ -39,8 +39,9 @@ fn every_machine_is_complete() {
     }
 }
 
-/// Axis-aligned boxes of bodies that move differently must not overlap at home, else every check would begin with a
-/// collision. At home no body is turned, and the bodies concerned are boxes or stand clear of each other's boxes.
+/// Axis-aligned boxes of bodies that move differently must not overlap at home, else every check would begin
+/// with a collision. At home no body is turned, and the bodies concerned are boxes or stand clear of each
+/// other's boxes.
 #[test]
 fn slides_clear_the_table_at_home() {
     for folder in library() {
@@ -89,7 +90,8 @@ fn the_poses_of_the_scenes_lie_within_travel() {
         (0.0, -80.0, 80.0, 80.0, -28.0, 170.0),
         (30.0, -80.0, 80.0, 80.0, -20.0, 300.0),
         (60.0, -80.0, 80.0, 80.0, -20.0, 300.0),
-        // Lying tool: x is downward from the top of the workpiece, z reaches from inside it to the retract plane.
+        // Lying tool: x is downward from the top of the workpiece, z reaches from inside it to the retract
+        // plane.
         (90.0, -10.0, 65.0, 80.0, -45.0, 325.0),
     ];
     for (name, about) in [("spinner-u5-620", Vector::y()), ("ac-trunnion-620", Vector::x())] {
@@ -124,7 +126,8 @@ fn the_poses_of_the_scenes_lie_within_travel() {
     }
 }
 
-/// Machine zero, home and the retract moves of the production programs: slide positions are the gauge line's place.
+/// Machine zero, home and the retract moves of the production programs: slide positions are the gauge line's
+/// place.
 #[test]
 fn slides_read_as_the_place_of_the_gauge_line() {
     let machine = read("spinner-u5-620");

@@ -1,4 +1,5 @@
-//! Prints the canonical commands of a program as JSON lines: `cargo run -p proveout_nc --example canonical -- FILE`.
+//! Prints the canonical commands of a program as JSON lines:
+//! `cargo run -p proveout_nc --example canonical -- FILE`.
 
 use std::io::{self, BufWriter, Write};
 use std::process::ExitCode;

@@ -1,5 +1,5 @@
-//! Executes programs of ten million blocks without keeping their commands, and says how fast and in how much memory:
-//! `cargo run -p proveout_nc --release --example stream [BLOCKS]`.
+//! Executes programs of ten million blocks without keeping their commands, and says how fast and in how much
+//! memory: `cargo run -p proveout_nc --release --example stream [BLOCKS]`.
 //!
 //! Loops: the text is a few lines, ten million blocks come out of it. Files: the text has a tenth of the
 //! blocks, all written out; what is in use beside the text must not grow with it. CPU time is that of this

@@ -17,7 +17,8 @@ use std::f64::consts::TAU;
 
 use crate::control::ArcTolerance;
 
-/// Two points nearer than this are one point, mm: below the resolution of every program, above rounding of coordinates.
+/// Two points nearer than this are one point, mm: below the resolution of every program, above rounding of
+/// coordinates.
 pub(crate) const SAME_POINT_MM: f64 = 1e-6;
 /// Sine of the angle between tangent and chord below which the end lies on the tangent line.
 const ON_TANGENT: f64 = 1e-9;
@@ -163,7 +164,8 @@ pub(crate) fn end_after(start: [f64; 2], center: [f64; 2], angle: f64, clockwise
     [center[0] + c * d[0] - s * d[1], center[1] + s * d[0] + c * d[1]]
 }
 
-/// Arc that leaves the start along a tangent; none when the end lies on the tangent line. The flag says clockwise.
+/// Arc that leaves the start along a tangent; none when the end lies on the tangent line. The flag says
+/// clockwise.
 pub(crate) fn from_tangent(start: [f64; 2], end: [f64; 2], tangent: [f64; 2]) -> Option<(PlaneArc, bool)> {
     let chord = [end[0] - start[0], end[1] - start[1]];
     let side = tangent[0] * chord[1] - tangent[1] * chord[0];

@@ -170,7 +170,8 @@ pub enum Op {
     Plane(char),
     /// An offset of the control taken into or out of effect.
     Offset(Offset),
-    /// A new transform from work coordinates to base coordinates (frame of offsets, rotations, mirrors, scales).
+    /// A new transform from work coordinates to base coordinates (frame of offsets, rotations, mirrors,
+    /// scales).
     Frame(FrameChange),
     /// Tool center point control (TRAORI, G43.4, M128).
     Tcp(Tcp),
@@ -184,9 +185,11 @@ pub enum Op {
     Coolant(Coolant),
     /// Text for the operator.
     Message(String),
-    /// A word that the dialect reads and that has no effect on motion, removal or time of the twin: named, not lost.
+    /// A word that the dialect reads and that has no effect on motion, removal or time of the twin: named,
+    /// not lost.
     Note(Note),
-    /// A place where the compensated path of the tool center enters its own contour and the control sees no fault.
+    /// A place where the compensated path of the tool center enters its own contour and the control sees no
+    /// fault.
     Overcut(Overcut),
     /// Program stop (M0) or optional stop (M1).
     Stop {
@@ -329,7 +332,8 @@ pub struct ThreadMotion {
     pub motion: Motion,
     /// Path for each spindle revolution, mm, above zero.
     pub pitch: f64,
-    /// The spindle direction during the motion, where the cycle sets it (tapping in, tapping out); none: as it runs.
+    /// The spindle direction during the motion, where the cycle sets it (tapping in, tapping out); none: as
+    /// it runs.
     pub direction: Option<SpindleDirection>,
 }
 
@@ -471,8 +475,8 @@ pub enum OrientationInterpolation {
 pub enum PathMode {
     /// Stop at the end of every block (G60, G61).
     ExactStop,
-    /// Corners may be rounded within this distance of the tip, mm, and angle of the tool axis, radian; none: as the
-    /// machine's control is set up.
+    /// Corners may be rounded within this distance of the tip, mm, and angle of the tool axis, radian; none:
+    /// as the machine's control is set up.
     Continuous {
         /// Tolerance of the tip, mm.
         tolerance: Option<f64>,

@@ -137,7 +137,8 @@ impl Frame {
         Some(std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row] / det + 0.0)))
     }
 
-    /// Common scale factor of all directions; none when they differ by more than 1e-9 or the map is degenerate.
+    /// Common scale factor of all directions; none when they differ by more than 1e-9 or the map is
+    /// degenerate.
     pub(crate) fn uniform_scale(&self) -> Option<f64> {
         let length = |axis: usize| (0..3).map(|row| self.linear[row][axis].powi(2)).sum::<f64>().sqrt();
         let (x, y, z) = (length(0), length(1), length(2));

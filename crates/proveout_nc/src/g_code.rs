@@ -3,7 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// A G word: its number and its tenth. `GCode(68, 2)` is G68.2, and `GCode(81..=89, 0)` a pattern for G81 to G89.
+/// A G word: its number and its tenth. `GCode(68, 2)` is G68.2, and `GCode(81..=89, 0)` a pattern for G81 to
+/// G89.
 ///
 /// The words of the readers have constants, which are patterns too: [`G68_2`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -10,11 +10,13 @@
 //! has not set has no value.
 //!
 //! **Main types.**
-//! * [`Program`] – an iterator of commands; nothing that was executed is kept, so length of a program costs no memory.
+//! * [`Program`] – an iterator of commands; nothing that was executed is kept, so length of a program costs
+//!   no memory.
 //! * [`Command`], [`Op`] – what the control is to do.
 //! * [`Diagnostic`] – what is wrong, with file, line, column, remedy and a stable code of [`CODES`];
 //!   [`check`] collects them.
-//! * [`Survey`] – a whole program read at once: all its faults, and the text that its run does not reach ([`NotRun`]).
+//! * [`Survey`] – a whole program read at once: all its faults, and the text that its run does not reach
+//!   ([`NotRun`]).
 //! * [`JsonWriter`] – commands as JSON lines.
 //! * [`post`] – commands back to text.
 //!

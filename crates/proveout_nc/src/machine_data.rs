@@ -5,7 +5,8 @@ use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::settings::Settings;
 
-/// Reference points of a machine (G28, G30), in machine coordinates of the axes: no work offset, no tool length.
+/// Reference points of a machine (G28, G30), in machine coordinates of the axes: no work offset, no tool
+/// length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReferencePoints {
     /// Name of the machine, for messages; empty where none is known and every reference point is refused.

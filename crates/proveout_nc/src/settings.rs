@@ -68,7 +68,8 @@ impl Dialect {
         })
     }
 
-    /// The language, whichever control speaks it: ISO for Fanuc, Haas and `LinuxCNC`, Heidenhain for both forms of it.
+    /// The language, whichever control speaks it: ISO for Fanuc, Haas and `LinuxCNC`, Heidenhain for both
+    /// forms of it.
     pub fn family(self) -> Self {
         match self {
             Self::Fanuc | Self::Haas | Self::LinuxCnc => Self::Iso,
@@ -89,7 +90,8 @@ pub enum Compensation {
     /// Motions stay as programmed; [`crate::Op::CutterComp`] says that the control would offset them.
     #[default]
     Programmed,
-    /// `end_base` and centers of motions are those of the tool center; a radius that is not known is an error.
+    /// `end_base` and centers of motions are those of the tool center; a radius that is not known is an
+    /// error.
     ToolCenter(ToolRadii),
 }
 
@@ -205,7 +207,8 @@ pub struct Settings {
     pub reference_points: Option<ReferencePoints>,
     /// Kinematics that the machine's control has. None where that is not known: every one is taken.
     pub kinematics: Option<Kinematics>,
-    /// Why a call of a subprogram that is not there is left out; what it does is then not proven. None: it is refused.
+    /// Why a call of a subprogram that is not there is left out; what it does is then not proven. None: it is
+    /// refused.
     pub missing_subprogram: Option<String>,
     /// Limits of loops, calls and memory.
     pub limits: Limits,

@@ -11,7 +11,8 @@ use std::sync::Arc;
 use crate::codes;
 use crate::diagnostic::Diagnostic;
 
-/// Largest file, in bytes: places in a line are 32-bit, places in a file 64-bit; a program beyond this is a mistake.
+/// Largest file, in bytes: places in a line are 32-bit, places in a file 64-bit; a program beyond this is a
+/// mistake.
 const MAX_FILE_BYTES: u64 = 4 << 30;
 /// Share of NUL bytes beyond which a file is taken for UTF-16 without its mark, or for no text at
 /// all: in UTF-16 of a program every second byte is NUL; the leader of a tape is at the ends, which
@@ -77,7 +78,8 @@ impl Source {
         Ok(Self::new(&name, text))
     }
 
-    /// The line that starts at the mark, without its end, and the mark of the next line; none at the end of the text.
+    /// The line that starts at the mark, without its end, and the mark of the next line; none at the end of
+    /// the text.
     pub(crate) fn line(&self, at: Mark) -> Option<(&str, Mark)> {
         let rest = self.text.get(at.offset..)?;
         if rest.is_empty() {

@@ -1,4 +1,5 @@
-//! B-splines and NURBS: cut into Bezier pieces, each of which is a cubic of the command model or a row of chords.
+//! B-splines and NURBS: cut into Bezier pieces, each of which is a cubic of the command model or a row of
+//! chords.
 //!
 //! Inserting a knot (W. Boehm, *Inserting new knots into B-spline curves*, 1980) leaves the curve
 //! unchanged. Once every inner knot is repeated as often as the degree, the control points of a

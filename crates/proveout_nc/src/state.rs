@@ -22,7 +22,8 @@ pub(crate) struct Position {
     pub(crate) base: AxisValues,
 }
 
-/// The base coordinate that depends on a programmed axis and on one without a value: letters of the missing axes.
+/// The base coordinate that depends on a programmed axis and on one without a value: letters of the missing
+/// axes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct MissingAxes(pub(crate) String);
 

@@ -49,7 +49,8 @@ pub struct Survey {
     pub assumptions: Vec<Remark>,
     /// Words without effect and other notes, each text once, in the order of the run.
     pub notes: Vec<Remark>,
-    /// Texts that were read, by the names under which they were opened: the main program first, then called ones.
+    /// Texts that were read, by the names under which they were opened: the main program first, then called
+    /// ones.
     pub files: Vec<Arc<str>>,
     /// Place of the last command, or of the start of the text.
     last: Option<(Arc<str>, u32, String)>,
@@ -189,7 +190,8 @@ impl Survey {
         self.defects_of(|part| !part.is_left_out())
     }
 
-    /// What is wrong with the program as a whole where its blocks are in order: no motion, no end, text that is lost.
+    /// What is wrong with the program as a whole where its blocks are in order: no motion, no end, text that
+    /// is lost.
     pub fn defects(&self) -> Vec<Diagnostic> {
         self.defects_of(|_| true)
     }

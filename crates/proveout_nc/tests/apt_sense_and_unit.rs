@@ -33,9 +33,11 @@ fn random(seed: &mut u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-/// A path of lines with tangent arcs between them, and the sense of each arc (true: clockwise seen from above).
+/// A path of lines with tangent arcs between them, and the sense of each arc (true: clockwise seen from
+/// above).
 ///
-/// `flip`: the axis is written so that the arc runs clockwise about it. `sharp`: no line is tangent to an arc.
+/// `flip`: the axis is written so that the arc runs clockwise about it. `sharp`: no line is tangent to an
+/// arc.
 fn path(seed: &mut u64, flip: bool, sharp: bool, eleven: bool) -> (String, Vec<bool>) {
     let (mut text, mut senses) = (String::new(), Vec::new());
     let (mut x, mut y, mut heading) = (0.0_f64, 0.0_f64, random(seed) * 6.0);

@@ -1,6 +1,7 @@
 //! Case folders: programs with the commands they must give, and programs with the error they must raise.
 //!
-//! `PROVEOUT_BLESS=1 cargo test -p proveout_nc --test nc cases::` writes the expected lines anew; read the difference.
+//! `PROVEOUT_BLESS=1 cargo test -p proveout_nc --test nc cases::` writes the expected lines anew; read the
+//! difference.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -61,7 +62,8 @@ fn settings(path: &Path, dialect: Dialect) -> Settings {
     let mut settings = of_folder(path, dialect);
     settings.work_offsets.insert("G54".to_owned(), WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] });
     settings.variables.insert("R1".to_owned(), 1.0);
-    // Of a Heidenhain control: a row of the preset table, one of the datum table, the machine builder's datum.
+    // Of a Heidenhain control: a row of the preset table, one of the datum table, the machine builder's
+    // datum.
     settings
         .work_offsets
         .insert("PRESET1".to_owned(), WorkOffset { translation: [100.0, 200.0, 300.0], rotary: [0.0; 3] });
@@ -134,7 +136,8 @@ fn bad_programs_raise_the_error_they_name() {
         assert!(fault.line > 1 && fault.column >= 1 && !fault.source_line.is_empty(), "{}: {fault:?}", path.display());
         seen.insert(code);
     }
-    // Every code of the registry is raised by some program; a missing file and an unknown dialect are tested below.
+    // Every code of the registry is raised by some program; a missing file and an unknown dialect are tested
+    // below.
     for info in CODES {
         assert!(
             seen.contains(info.code) || matches!(info.code, "nc-file" | "nc-dialect"),

@@ -87,7 +87,8 @@ fn path(text: &str, settings: &Settings) -> Result<Vec<Piece>, Diagnostic> {
                     assert!((radius - a.radius).abs() < 1e-9, "start {radius} is not on the circle {}", a.radius);
                     let piece = Piece::Arc(c, a.radius, start, sweep);
                     let end = piece.at(1.0);
-                    // Programs carry three to six decimals, so programmed ends are that far from their circles.
+                    // Programs carry three to six decimals, so programmed ends are that far from their
+                    // circles.
                     assert!((end[0] - x).hypot(end[1] - y) < 2e-3, "{end:?} {x} {y}");
                     pieces.push(piece);
                 }
@@ -304,7 +305,8 @@ fn what_does_not_fit_is_an_error_that_names_it() {
     // An inside arc of 5 mm.
     let error = fault("G1 G41 X0 Y0\nX20\nG3 X25 Y5 I0 J5\nG1 Y20\nG40 X0\nM30\n", 5.0);
     assert!(error.code == "nc-compensation" && error.help.unwrap().contains("below 5.0000 mm"));
-    // A step of 1 mm in an inside corner of 90 degrees: the radius that fits into the corner is the length of the step.
+    // A step of 1 mm in an inside corner of 90 degrees: the radius that fits into the corner is the length of
+    // the step.
     let error = fault("G1 G41 X0 Y0\nX20\nY1\nX40\nG40 Y30\nM30\n", 2.0);
     assert!(error.help.as_ref().unwrap().contains("1.0000 mm"), "{error:?}");
     for (body, what) in [
@@ -384,7 +386,8 @@ fn star(radii: &[f64], bulges: &[f64]) -> String {
 
 #[test]
 fn small_tools_nearly_always_fit() {
-    // Errors must not be the easy way out: of 200 contours with sharp inside corners, a tool of 1 mm fits into most.
+    // Errors must not be the easy way out: of 200 contours with sharp inside corners, a tool of 1 mm fits
+    // into most.
     let mut state = 1u64;
     let mut random = |low: f64, high: f64| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -411,7 +414,8 @@ proptest! {
         failure_persistence: None, ..ProptestConfig::default()
     })]
 
-    /// The tool never comes nearer to the contour than its radius, touches it all along, and runs on the right side.
+    /// The tool never comes nearer to the contour than its radius, touches it all along, and runs on the
+    /// right side.
     #[test]
     fn random_contours_are_never_gouged(
         radii in prop::collection::vec(25.0..40.0f64, 5..12), bulges in prop::collection::vec(-0.6..0.6f64, 12),
@@ -444,14 +448,17 @@ proptest! {
                 // look at the other.
                 let is_seam = i < 2 || i + 2 >= path.len();
                 prop_assert!(nearest >= tool - 1e-9 || is_seam || overlaps(programmed, p, tool), "{nearest} {tool} {text}");
-                // The tool touches the contour everywhere but on the way to the intersection of an outside corner.
-                // A corner of a few milliradian takes no circle of its own; there it swerves by 1e-5 at most.
+                // The tool touches the contour everywhere but on the way to the intersection of an outside
+                // corner. A corner of a few milliradian takes no circle of its own; there it swerves by 1e-5
+                // at most.
                 prop_assert!(nearest <= tool + 1e-5 || intersection, "{nearest} {tool} {text}");
-                // The tool runs on its side of the contour: the winding number of the contour about its center.
+                // The tool runs on its side of the contour: the winding number of the contour about its
+                // center.
                 prop_assert!(winding(programmed, p) != outside || is_seam, "{text}");
             }
         }
-        // Every point of the contour between its first and last corner is touched, where no inside corner hides it.
+        // Every point of the contour between its first and last corner is touched, where no inside corner
+        // hides it.
         for element in &programmed[1..n - 1] {
             let middle = element.at(0.5);
             let nearest = path.iter().map(|e| e.distance(middle)).fold(f64::INFINITY, f64::min);

@@ -1,4 +1,5 @@
-//! What parameters of a control decide: the rules of each control, and the assumption where nobody states them.
+//! What parameters of a control decide: the rules of each control, and the assumption where nobody states
+//! them.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

@@ -287,7 +287,8 @@ proptest! {
     }
 }
 
-/// A curve that would take more chords than anyone writes is refused, whether Z is known or a weight asks for chords.
+/// A curve that would take more chords than anyone writes is refused, whether Z is known or a weight asks for
+/// chords.
 #[test]
 fn a_curve_of_endless_chords_is_refused() {
     for start in ["G0 X0 Y0", "G0 X0 Y0 Z0"] {
@@ -382,7 +383,8 @@ fn two_lines_without_a_corner_are_refused() {
     assert!(fault.contains("line 2 has ANG= alone"), "{fault}");
 }
 
-/// G70 and G71 of a Haas: the manual's example of twelve holes, and an arc; every hole is drilled once, and no other.
+/// G70 and G71 of a Haas: the manual's example of twelve holes, and an arc; every hole is drilled once, and
+/// no other.
 #[test]
 fn bolt_holes_lie_on_their_circle() {
     let text = "G20 G90 G54 G0 X1. Y2. S1000 M3\nG43 H1 Z.1\nG81 G98 Z-1. R.1 F15. L0\nG70 I5. J15. L12\nG80\nM30\n";

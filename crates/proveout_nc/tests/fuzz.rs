@@ -1,4 +1,5 @@
-//! Seeds of the fuzz targets, and some changes of each, run as tests; `examples/fuzz.rs` runs them for minutes.
+//! Seeds of the fuzz targets, and some changes of each, run as tests; `examples/fuzz.rs` runs them for
+//! minutes.
 
 #![allow(clippy::unwrap_used, unreachable_pub, dead_code, reason = "helpers of tests fail by panic")]
 

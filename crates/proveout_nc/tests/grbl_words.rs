@@ -1,6 +1,7 @@
 //! Every letter in every kind of block of a grbl, and every G and M word: what grbl 1.1 refuses is refused.
 //!
-//! The tables are written down from the comments and error codes of `gcode.c` of grbl 1.1, apart from the reader.
+//! The tables are written down from the comments and error codes of `gcode.c` of grbl 1.1, apart from the
+//! reader.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

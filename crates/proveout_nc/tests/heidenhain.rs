@@ -130,7 +130,8 @@ proptest! {
             "BEGIN PGM A MM\nTOOL CALL 1 Z S100 F100\nCYCL DEF 7.0\nCYCL DEF 7.1 X+10 Y-20 Z+30\nCYCL DEF 10.0\nCYCL DEF 10.1 ROT{rot:+.3}\nL X{:+.4} Y{:+.4} Z+1 FMAX\nCC X{x:+.4} Y{y:+.4}\n{arc}\n",
             a[0], a[1],
         );
-        // A radius of four decimals beside half the chord moves the center along the bisector: stay off half a turn.
+        // A radius of four decimals beside half the chord moves the center along the bisector: stay off half
+        // a turn.
         prop_assume!(kind != 1 || (turn - 180.0).abs() > 5.0);
         let ops = ops(&text);
         let Some(Op::Arc(arc)) = ops.iter().rev().find(|op| matches!(op, Op::Arc(_))) else { panic!("no arc\n{text}") };
@@ -491,7 +492,8 @@ fn projected_and_axial_planes_are_rotations() {
             assert_eq!(all[0].end.get(3), Some(-30f64.to_radians()));
         }
     }
-    // The line in which a plane cuts Z X has the angle PROPR, that in Y Z the angle PROMIN, whatever both are.
+    // The line in which a plane cuts Z X has the angle PROPR, that in Y Z the angle PROMIN, whatever both
+    // are.
     for (p, m) in [(20.0f64, 50.0f64), (-35.0, 10.0), (60.0, -70.0)] {
         let ops = ops(&format!("{head}PLANE PROJECTED PROPR{p:+} PROMIN{m:+} ROT+0 STAY\nL X+0 Y+0 Z+1 FMAX\n"));
         let n = motions(&ops)[0].end_base.xyz().unwrap();

@@ -120,7 +120,8 @@ proptest! {
             prop_assert!((a[i] * c + side[i] * s - b[i]).abs() < 2e-2, "{text}");
         }
         let degrees = arc.sweep.to_degrees();
-        // The end points are rounded to 0.0007 mm across: for the smallest radius that is 0.16 degrees; R adds its own.
+        // The end points are rounded to 0.0007 mm across: for the smallest radius that is 0.16 degrees; R
+        // adds its own.
         prop_assert!((degrees - turn).abs() < 0.5 || by_radius && (degrees - turn).abs() < 2.0, "{degrees} {turn}\n{text}");
     }
 
@@ -139,7 +140,8 @@ proptest! {
         if let Ok(program) = Program::from_text("p.nc", text.as_str(), &settings) {
             for command in program {
                 count += 1;
-                // 500 passes of some 100 words, each block at most 10 repetitions of 10 000 infeeds in this soup.
+                // 500 passes of some 100 words, each block at most 10 repetitions of 10 000 infeeds in this
+                // soup.
                 prop_assert!(count < 20_000_000, "{text}");
                 if let Ok(Command { op: Op::Linear(m) | Op::Rapid(m), .. }) = &command {
                     prop_assert!(m.end_base.iter().all(|(_, v)| v.is_finite()), "{text}");

@@ -75,7 +75,8 @@ fn depths(dialect: Dialect, text: &str) -> Vec<f64> {
 
 #[test]
 fn a_repeated_cycle_under_g91_counts_from_the_initial_level() {
-    // Z10, R8 below it is 2, 5 below that is -3, however often it is repeated and wherever the tool has come back to.
+    // Z10, R8 below it is 2, 5 below that is -3, however often it is repeated and wherever the tool has come
+    // back to.
     let holes = [
         "G91 G99 G81 X10 Z-5 R-8\nX10\nX10\nG80\n",
         "G91 G99 G81 X10 Z-5 R-8\nG81 X10 Z-5 R-8\nX10\nG80\n",
@@ -279,7 +280,8 @@ fn compensation_names_side_offset_and_radius() {
     let words: Vec<_> = ops.iter().filter_map(|op| if let Op::CutterComp(c) = op { Some(*c) } else { None }).collect();
     let cutters: Vec<_> = words.iter().map(|c| (c.side, c.offset, c.radius)).collect();
     assert_eq!(cutters, [(CompSide::Right, None, Some(4.0)), (CompSide::Off, None, None)]);
-    // The path of the contour itself; `rs274` of LinuxCNC 2.9 gives (5, -4), (20, -4), (20, -9) for its center.
+    // The path of the contour itself; `rs274` of LinuxCNC 2.9 gives (5, -4), (20, -4), (20, -9) for its
+    // center.
     assert_eq!(ends(&ops)[1..], [[5.0, 0.0, 0.0], [20.0, 0.0, 0.0], [20.0, -9.0, 0.0]]);
     let c = comp(Dialect::Haas, "G21 G10 L12 P3 R4.\nG0 X0 Y0\nG42 D3 G1 X5. F100.\nG40\n");
     assert_eq!((c.side, c.offset), (CompSide::Off, None));
@@ -560,7 +562,8 @@ fn a_linuxcnc_goes_to_a_reference_point_along_the_turned_axis() {
     let ops = read(Dialect::LinuxCnc, text);
     let in_machine = ops.iter().filter_map(motion).filter(|m| m.machine_coordinates);
     let places: Vec<_> = in_machine.map(|m| [m.end.get(0).unwrap(), m.end.get(1).unwrap()]).collect();
-    // `rs274` of LinuxCNC 2.9 goes to X5.067 Y8.7631 of the turned system, and with both axes to the point itself.
+    // `rs274` of LinuxCNC 2.9 goes to X5.067 Y8.7631 of the turned system, and with both axes to the point
+    // itself.
     let (s, c) = 30f64.to_radians().sin_cos();
     let turned = [8.0 + c * 5.067 - s * 8.7631, -5.5 + s * 5.067 + c * 8.7631];
     assert!(places[0].iter().zip(turned).all(|(a, b)| (a - b).abs() < 1e-4), "{places:?} {turned:?}");

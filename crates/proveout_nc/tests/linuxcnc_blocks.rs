@@ -27,7 +27,8 @@ use states::{Event, Kind, ours, theirs};
 /// Units of the last digit that `rs274` prints, mm, for values in inch.
 const PRINTED_MM: f64 = 0.004;
 
-/// Refusals of blocks that `rs274` takes: the beginning of the message, and how many of 10,000 blocks may have it.
+/// Refusals of blocks that `rs274` takes: the beginning of the message, and how many of 10,000 blocks may
+/// have it.
 const REFUSED_BY_NAME: &[(&str, f64)] = &[
     // The reader has no table of tools, and takes lengths from the program or by the number of the tool.
     ("`G10 L1` of other axes", 40.0),

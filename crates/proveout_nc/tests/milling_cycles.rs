@@ -89,7 +89,8 @@ struct Cell {
     middle: P,
 }
 
-/// Every point that the tool can reach inside of the wall is cut at the depth, and the tool crosses the wall nowhere.
+/// Every point that the tool can reach inside of the wall is cut at the depth, and the tool crosses the wall
+/// nowhere.
 fn judge(points: &[[f64; 3]], cell: &Cell, radius: f64, allowance: f64, depth: f64, text: &str) {
     let low: Vec<P> = points.iter().filter(|p| (p[2] - depth).abs() < 1e-9).map(|p| [p[0], p[1]]).collect();
     for p in points {

@@ -97,7 +97,8 @@ SPINDL/OFF
 FINI
 ";
 
-/// Dialects whose reader takes what the post writes; a reader that is not there yet gives the code `nc-dialect`.
+/// Dialects whose reader takes what the post writes; a reader that is not there yet gives the code
+/// `nc-dialect`.
 fn readable(dialect: Dialect) -> bool {
     let probe = proveout_nc::Program::from_text("probe", "", &Settings { dialect, ..Settings::default() });
     probe.is_ok()

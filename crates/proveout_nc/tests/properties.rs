@@ -1,4 +1,5 @@
-//! Laws that hold for every program: the same meaning however it is written, round trips, no panic and no endless run.
+//! Laws that hold for every program: the same meaning however it is written, round trips, no panic and no
+//! endless run.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -73,7 +74,8 @@ proptest! {
         x in -50.0..50.0f64, y in -50.0..50.0f64, radius in 0.5..80.0f64, from in 0.0..360.0f64, turn in 1.0..359.0f64,
         clockwise in any::<bool>(), rot in prop::array::uniform3(-180.0..180.0f64), plane in 0..3usize,
     ) {
-        // A circle of known center, written with the three decimals of shop programs, in a turned and shifted frame.
+        // A circle of known center, written with the three decimals of shop programs, in a turned and shifted
+        // frame.
         let point = |degrees: f64| [x + radius * degrees.to_radians().cos(), y + radius * degrees.to_radians().sin()];
         let round = |v: f64| (v * 1000.0).round() / 1000.0;
         let start = point(from).map(round);
@@ -103,8 +105,8 @@ proptest! {
         for i in 0..3 {
             prop_assert!((c * a[i] + s * across[i] - b[i]).abs() < 4e-3);
         }
-        // The sweep is the programmed angle but for rounding: 0.002 mm on the radius, plus the shift of the center of
-        // short arcs, which turns both ends alike.
+        // The sweep is the programmed angle but for rounding: 0.002 mm on the radius, plus the shift of the
+        // center of short arcs, which turns both ends alike.
         let error = (arc.sweep.to_degrees() - turn).abs();
         prop_assert!(error < (0.005 / radius).to_degrees() + 1e-6 || turn < 3.0, "{} {}", arc.sweep.to_degrees(), turn);
     }

@@ -10,7 +10,8 @@ type P = [f64; 2];
 
 const RADIUS: f64 = 6.0;
 
-/// Points along the motions in feed of a cycle, 0.2 mm apart at most, with the lines of its assumptions left out.
+/// Points along the motions in feed of a cycle, 0.2 mm apart at most, with the lines of its assumptions left
+/// out.
 fn path(cycle: &str) -> Vec<[f64; 3]> {
     let mut settings = Settings { dialect: Dialect::Siemens840d, ..Settings::default() };
     settings.variables.insert("$P_TOOLR".to_owned(), RADIUS);

@@ -173,7 +173,8 @@ proptest! {
             };
             let (first, last) = arc.map_or_else(|| (line(), line()), |a| (tangent(a, at), tangent(a, end)));
             if let (Some(h), Op::Linear(_) | Op::Arc(_)) = (heading, &op) {
-                // Six decimals of the ends and of CR on blocks of 5 mm and more turn tangents by less than 1e-5.
+                // Six decimals of the ends and of CR on blocks of 5 mm and more turn tangents by less than
+                // 1e-5.
                 prop_assert!((h[0] - first[0]).hypot(h[1] - first[1]) < 1e-5, "{text}");
             }
             if let Some(a) = arc {

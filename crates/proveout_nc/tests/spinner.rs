@@ -78,8 +78,8 @@ fn tilted_blocks_have_the_base_coordinates_of_hand_calculation() {
         (1603, [-46.001, 226.358, -12.0]),
         // AROT X90, AROT Z-90: (y -x z), then (x -z y): X47.764 Y-58 Z193.642.
         (2100, [-58.0, -193.642, -47.764]),
-        // AROT X90, AROT Y-45, AROT Z-90: (y -x z) = (-40.937 -20.882 298.656), then ((x-z)/sqrt2, y, (x+z)/sqrt2),
-        // then (x -z y): X20.882 Y-40.937 Z298.656.
+        // AROT X90, AROT Y-45, AROT Z-90: (y -x z) = (-40.937 -20.882 298.656), then ((x-z)/sqrt2, y,
+        // (x+z)/sqrt2), then (x -z y): X20.882 Y-40.937 Z298.656.
         (2143, [(-40.937 - 298.656) * half, -(-40.937 + 298.656) * half, -20.882]),
     ] {
         let got = commands.iter().find_map(|c| motion(&c.op).filter(|_| c.location.line == line)).unwrap();
@@ -101,7 +101,8 @@ fn tilted_feed_motions_lie_on_the_part() {
             Op::Linear(m) if tilted => {
                 seen += 1;
                 let [x, y, z] = m.end_base.xyz().unwrap();
-                // The cube of the part is X -50..0, Y 0..50, Z -65..0; approaches and run-outs reach 15.001 mm beyond.
+                // The cube of the part is X -50..0, Y 0..50, Z -65..0; approaches and run-outs reach 15.001
+                // mm beyond.
                 let inside = (-65.1..=15.1).contains(&x) && (-15.1..=65.1).contains(&y) && (-66.1..=15.1).contains(&z);
                 assert!(inside, "line {}: {x} {y} {z}", command.location.line);
             }

@@ -103,7 +103,8 @@ fn main() -> Result<(), Fault> {
     row("quasi-circle, all from 182 to 186 deg", &twisted, &quasi(&suprema(182.0, 0.25, 16)))?;
     row("untwisted: iso-parametric u .505 .510 .515", &straight, &iso(&[0.505, 0.510, 0.515]))?;
     row("untwisted: quasi-circle 175 180 185 deg", &straight, &quasi(&[175.0, 180.0, 185.0]))?;
-    // Planes along the span, across the mean chord (stagger 35 degrees); the second one cuts the leading edge.
+    // Planes along the span, across the mean chord (stagger 35 degrees); the second one cuts the leading
+    // edge.
     let normal = Vector::new(0.0, rad(35.0).cos(), rad(35.0).sin());
     for (name, at) in [("iso-planar beside the edge, -13 mm", -13.0), ("iso-planar through the edge, -17 mm", -17.0)] {
         let (range, spacing) = ([at, at], Spacing::At(vec![at]));

@@ -63,7 +63,8 @@ impl ConstantScallop {
             nodes.push(found);
         }
         let at = |p: &[f64; 2]| (p[1] - v[0]) / (v[1] - v[0]);
-        // A rim of the surface holds nearest points: those that were to lie beyond it are left to the nodes before.
+        // A rim of the surface holds nearest points: those that were to lie beyond it are left to the nodes
+        // before.
         nodes.dedup_by(|a, b| at(a) <= at(b) + SAME_PLACE);
         if nodes.len() < NODES / 2 {
             let what = "lines of constant scallop fold over each other: begin at another line".to_owned();

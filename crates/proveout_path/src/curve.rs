@@ -1,4 +1,5 @@
-//! Curves in the parameter plane of a surface: cubic splines u(t), v(t) through nodes, straight where there are two.
+//! Curves in the parameter plane of a surface: cubic splines u(t), v(t) through nodes, straight where there
+//! are two.
 
 use super::{PathError, Ruling};
 

@@ -25,9 +25,11 @@ use proveout_tool::{Profile, Segment};
 
 use super::place::{Form, PathPoint};
 
-/// Sine of the angle between axis and normal below which the half plane is not defined: the one before is kept.
+/// Sine of the angle between axis and normal below which the half plane is not defined: the one before is
+/// kept.
 const NO_HALF_PLANE: f64 = 1e-9;
-/// Two support points nearer to each other in the direction asked for than this part of the cutter's size are a flat.
+/// Two support points nearer to each other in the direction asked for than this part of the cutter's size are
+/// a flat.
 const FLAT: f64 = 1e-12;
 /// Curvature of a sharp corner, 1/mm: a radius of a tenth of a nanometer.
 const SHARP: f64 = 1e7;

@@ -1,4 +1,5 @@
-//! Lines of constant parameter: along the blade with the length or the polar angle constant, and round its sections.
+//! Lines of constant parameter: along the blade with the length or the polar angle constant, and round its
+//! sections.
 
 use super::{
     Label, Line, ParameterCurve, PathError, SECTIONS, Sections, Spacing, Strategy, Task,
@@ -41,7 +42,8 @@ pub struct QuasiCircle {
 /// Lines round the sections, v constant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Transverse {
-    /// Round the section, parts of the domain; a closed section goes from one part on to the other over the seam.
+    /// Round the section, parts of the domain; a closed section goes from one part on to the other over the
+    /// seam.
     pub round: [f64; 2],
     /// First and last v, parts of the domain.
     pub range: [f64; 2],

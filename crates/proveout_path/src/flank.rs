@@ -48,7 +48,8 @@ pub enum Rulings {
 pub struct Flank {
     /// Which lines are straight.
     pub rulings: Rulings,
-    /// From where to where round the section, part of the domain: the way, or the ruling from the side of the tip.
+    /// From where to where round the section, part of the domain: the way, or the ruling from the side of the
+    /// tip.
     pub round: [f64; 2],
     /// From where to where along the blade, part of the domain.
     pub along: [f64; 2],

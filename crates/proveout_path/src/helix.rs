@@ -81,7 +81,8 @@ impl HelicalPass {
     /// The points of the pass, in order.
     ///
     /// # Errors
-    /// A number is out of its range, the pass leaves the airfoil, or the ball is too large for the concave side.
+    /// A number is out of its range, the pass leaves the airfoil, or the ball is too large for the concave
+    /// side.
     pub fn points(&self, blade: &Blade) -> Result<Vec<PassPoint>, PassError> {
         let value = |name, value: f64, low: f64, high: f64, range| {
             let fits = value.is_finite() && value >= low && value <= high;

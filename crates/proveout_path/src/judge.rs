@@ -83,7 +83,8 @@ pub struct PathJudgement {
     pub slowest_joint: Option<String>,
     /// Largest turn of the tool axis for each mm, radian/mm.
     pub axis_rate: Option<Extreme>,
-    /// Smallest angle between the tool axis and a pole of the machine, radian; none on machines without poles.
+    /// Smallest angle between the tool axis and a pole of the machine, radian; none on machines without
+    /// poles.
     pub pole: Option<Extreme>,
     /// Largest distance of the tip from its chord where the joints move straight between contacts, mm.
     pub tip_error_without_tcp: Option<Extreme>,

@@ -1,7 +1,8 @@
 //! A point of a path on a surface: contact, feed direction, and the curvatures that steps and
 //! scallops depend on.
 //!
-//! With c(t) = S(u(t), v(t)), f the unit vector along c', n the outward normal and k = n x f the direction across,
+//! With c(t) = S(u(t), v(t)), f the unit vector along c', n the outward normal and k = n x f the direction
+//! across,
 //!
 //! ```text
 //!   c'  = S_u u' + S_v v'

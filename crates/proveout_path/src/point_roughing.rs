@@ -20,7 +20,8 @@ pub struct PointRoughing {
     pub to_allowance: f64,
     /// Largest difference of the allowances of two layers, mm.
     pub depth: f64,
-    /// First and last v, parts of the domain: from the tip to the root the layers have a free end to come from.
+    /// First and last v, parts of the domain: from the tip to the root the layers have a free end to come
+    /// from.
     pub range: [f64; 2],
     /// u at which a line begins and ends, part of the domain.
     pub start: f64,

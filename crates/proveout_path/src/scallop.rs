@@ -95,7 +95,8 @@ pub fn side_step(cutter_curvature: f64, curvature: f64, height: f64) -> Option<f
         if (is - height).abs() <= SAME_HEIGHT * height || high - low <= NARROW * high {
             break;
         }
-        // Near the widest step the height rises ever faster: halves help where the root of the ratio does not.
+        // Near the widest step the height rises ever faster: halves help where the root of the ratio does
+        // not.
         let next = step * (height / is).sqrt();
         step = if round % 4 < 3 && next > low && next < high { next } else { 0.5 * (low + high) };
     }
@@ -108,7 +109,8 @@ mod tests {
 
     #[test]
     fn the_golden_side_steps() {
-        // R mm, h mm, rho mm, plane, convex, concave: exact columns of the golden file; its printed ones must fail.
+        // R mm, h mm, rho mm, plane, convex, concave: exact columns of the golden file; its printed ones must
+        // fail.
         let rows = [
             [3.0, 0.02, 5.0, 0.691_664_658_6, 0.545_515_389_1, 1.094_165_615, 0.433_012_701_9, 1.732_050_808],
             [3.0, 0.02, 8.0, 0.691_664_658_6, 0.589_017_823_4, 0.875_661_668_7, 0.503_869_325_8, 1.108_512_517],

@@ -49,7 +49,8 @@ pub struct BladeLoop {
     /// +1 where u grows from the trailing edge over the convex side to the leading edge.
     turn: f64,
     trailing: Point,
-    /// Unit vectors of the standardized section: from the leading to the trailing edge, and towards the convex side.
+    /// Unit vectors of the standardized section: from the leading to the trailing edge, and towards the
+    /// convex side.
     axes: [proveout_geom::Vector; 2],
     /// Length of the section up to the ends of equal pieces of u, mm.
     lengths: Vec<f64>,
@@ -288,7 +289,8 @@ impl BladeLoop {
         Ok(Self { v, edges, chord, turn, trailing, axes: [along, up], lengths: vec![0.0; PIECES + 1], range })
     }
 
-    /// Place in the standardized section: trailing edge at (0.5, 0), leading edge at (-0.5, 0), convex side above.
+    /// Place in the standardized section: trailing edge at (0.5, 0), leading edge at (-0.5, 0), convex side
+    /// above.
     pub fn standard(&self, p: &Point) -> [f64; 2] {
         let d = p - self.trailing;
         [0.5 + d.dot(&self.axes[0]) / self.chord, d.dot(&self.axes[1]) / self.chord]

@@ -186,7 +186,8 @@ fn the_chord_error_holds_between_all_contacts() {
                             here = here.max(gap.abs()).max((way - chord * part).norm());
                         }
                         assert!(here <= error, "{surface:?} {rule:?} {error}: {here}");
-                        // What the plan says of itself is what it is, within the fourth that its places may miss.
+                        // What the plan says of itself is what it is, within the fourth that its places may
+                        // miss.
                         assert!(here <= 1.25 * pair[1].chord_error + 0.12 * error, "{here} {}", pair[1].chord_error);
                         worst = worst.max(here);
                     }
@@ -216,7 +217,8 @@ fn the_envelope_across_the_feed_is_that_of_the_moving_cutter() {
             };
             let here = pose(0.5);
             let Some(envelope) = envelope_across(&here.form, &at.form) else { continue };
-            // Height of the cutter over the tangent plane above a point x across the feed, least over all poses.
+            // Height of the cutter over the tangent plane above a point x across the feed, least over all
+            // poses.
             let height = |x: f64| {
                 let foot = at.point + at.across * x;
                 (-4000..=4000)

@@ -34,7 +34,8 @@ fn camber_side() -> CamberSide {
 
 const RIDGE: f64 = 0.005;
 
-/// Ridges as computed lie below the height asked for, and reach it somewhere between each two lines but the last two.
+/// Ridges as computed lie below the height asked for, and reach it somewhere between each two lines but the
+/// last two.
 fn spaced(name: &str, lines: &[LineContacts], everywhere: bool) {
     assert!(lines.len() > 3, "{name}: {}", lines.len());
     for (k, line) in lines.iter().enumerate().take(lines.len() - 1) {
@@ -206,7 +207,8 @@ fn layers_have_falling_allowances_and_the_cutter_stands_on_them() {
     assert!((lines[0].allowance - 5.0).abs() < 1e-12 && (lines[9].allowance - 0.3).abs() < 1e-12);
 }
 
-/// Between lines the ball keeps away from the whole blade by the lift at least, on straight ways from pose to pose.
+/// Between lines the ball keeps away from the whole blade by the lift at least, on straight ways from pose to
+/// pose.
 #[test]
 fn links_round_the_blade_do_not_touch_it() {
     let lu = ClosedSurface::new(Lu::stand_in());

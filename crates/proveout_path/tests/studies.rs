@@ -38,7 +38,8 @@ fn judged(surface: &dyn ParametricSurface, name: &str, strategy: &dyn Strategy) 
     let (cutter, rule) = (ball(), AxisRule::Normal);
     let task = Task { surface, cutter: &cutter, rule: &rule, step: StepRule::Length(0.05), allowance: 0.0 };
     let lines = task.plan(strategy).unwrap();
-    // The joint travel of the library machines is not what this is about: the blade stands where all of it is in reach.
+    // The joint travel of the library machines is not what this is about: the blade stands where all of it is
+    // in reach.
     let mut free = machine;
     for joint in &mut free.joints {
         if !joint.is_rotary() {

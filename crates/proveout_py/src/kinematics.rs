@@ -143,7 +143,8 @@ impl PyKinematics {
         ))
     }
 
-    /// Joint positions of tool poses (n, 6), each continuous with the one before, the first with `start` or home.
+    /// Joint positions of tool poses (n, 6), each continuous with the one before, the first with `start` or
+    /// home.
     fn follow(
         &self,
         py: Python<'_>,

@@ -15,9 +15,11 @@ use pyo3_arrow::{
 
 use crate::errors::raised;
 
-/// A table in memory: real columns (64 bit), counts (unsigned, 32 bit) and texts, null where a value is not known.
+/// A table in memory: real columns (64 bit), counts (unsigned, 32 bit) and texts, null where a value is not
+/// known.
 ///
-/// Whatever reads the Arrow C stream interface takes it without a copy: `pyarrow.table(t)`, `polars.DataFrame(t)`.
+/// Whatever reads the Arrow C stream interface takes it without a copy: `pyarrow.table(t)`,
+/// `polars.DataFrame(t)`.
 #[pyclass(frozen, module = "proveout._proveout")]
 pub(crate) struct Table(RecordBatch);
 

@@ -93,7 +93,8 @@ impl CompletionFlag {
 /// from 0 to 1 and a text.
 ///
 /// # Errors
-/// The exception of the fault of the work, of a signal, of `progress`; an internal error in the place of a panic.
+/// The exception of the fault of the work, of a signal, of `progress`; an internal error in the place of a
+/// panic.
 pub(crate) fn beside<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,

@@ -29,8 +29,8 @@ pub struct DeviationMap {
 }
 
 impl DeviationMap {
-    /// A map whose range is the next round number (1, 2 or 5 times a power of ten) above 99 percent of the absolute
-    /// deviations, and at least `floor` (mm), so that single outliers do not wash out the picture.
+    /// A map whose range is the next round number (1, 2 or 5 times a power of ten) above 99 percent of the
+    /// absolute deviations, and at least `floor` (mm), so that single outliers do not wash out the picture.
     ///
     /// Values that are not finite are left out.
     pub fn of(deviations: &[f64], floor: f64) -> Self {
@@ -67,7 +67,8 @@ impl DeviationMap {
 
 /// Ink of frames and letters.
 pub(crate) const NEUTRAL_INK: [u8; 3] = [32, 34, 38];
-/// Heights from the lowest to the highest; lightness rises all the way, so that the order shows without color, too.
+/// Heights from the lowest to the highest; lightness rises all the way, so that the order shows without
+/// color, too.
 const HEIGHTS: [[u8; 3]; 5] = [[28, 20, 68], [32, 84, 140], [28, 146, 140], [126, 200, 92], [250, 232, 120]];
 
 /// Color of a height at a share 0..=1 of the range, straight in `OKLab` between the stops.

@@ -34,7 +34,8 @@ impl Classes {
         self.count += 1;
     }
 
-    /// Values of the classes with the weight in each: those below zero, then those above, each rising by magnitude.
+    /// Values of the classes with the weight in each: those below zero, then those above, each rising by
+    /// magnitude.
     pub(crate) fn weights(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
         let below = rising(&self.below).into_iter().map(|(bits, (_, weight))| (-middle(bits), weight));
         below.chain(rising(&self.above).into_iter().map(|(bits, (_, weight))| (middle(bits), weight)))

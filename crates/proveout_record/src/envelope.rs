@@ -2,9 +2,10 @@
 
 /// Smallest and largest value of a signal over equal stretches of time.
 ///
-/// The stretch doubles (pairs of stretches are joined) whenever the signal outgrows the buckets, so that memory stays
-/// fixed and every peak stays visible: the envelope always contains the signal. The number of stretches in use lies
-/// between half and all of [`BUCKETS`] once the signal is longer than the first stretch times that number.
+/// The stretch doubles (pairs of stretches are joined) whenever the signal outgrows the buckets, so that
+/// memory stays fixed and every peak stays visible: the envelope always contains the signal. The number of
+/// stretches in use lies between half and all of [`BUCKETS`] once the signal is longer than the first stretch
+/// times that number.
 #[derive(Clone, Debug)]
 pub(crate) struct Envelope {
     width: f64,
@@ -53,8 +54,8 @@ impl Envelope {
 
     /// Middle of each stretch (s), smallest and largest value, in order of time.
     ///
-    /// Where no sample falls, at a standstill, the signal holds its last value: the first and the last of such
-    /// stretches carry it, those between are left out.
+    /// Where no sample falls, at a standstill, the signal holds its last value: the first and the last of
+    /// such stretches carry it, those between are left out.
     pub(crate) fn stretches(&self) -> Vec<(f64, f64, f64)> {
         let at = |i: usize| (i as f64 + 0.5) * self.width;
         let mut out = Vec::with_capacity(self.buckets.len());

@@ -23,7 +23,8 @@ use crate::{
     picture::Picture,
 };
 
-/// Millimeter, Z up (workpiece) to meter, Y up (glTF): scale, and a turn by -90 degrees about X as quaternion x y z w.
+/// Millimeter, Z up (workpiece) to meter, Y up (glTF): scale, and a turn by -90 degrees about X as quaternion
+/// x y z w.
 const METRE_FROM_MM: [f32; 3] = [1e-3; 3];
 const Y_UP_FROM_Z_UP: [f32; 4] = [-std::f32::consts::FRAC_1_SQRT_2, 0.0, 0.0, std::f32::consts::FRAC_1_SQRT_2];
 

@@ -1,4 +1,5 @@
-//! The result of a job: `job.json`, and `job.html` with the setups on one page, each with a link to its own report.
+//! The result of a job: `job.json`, and `job.html` with the setups on one page, each with a link to its own
+//! report.
 
 use std::{fs, path::Path};
 

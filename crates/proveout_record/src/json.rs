@@ -10,9 +10,9 @@ use serde::Serialize;
 
 use crate::error::RecordError;
 
-/// Writes a value as indented JSON with a newline at the end. Keys keep the order of the type, numbers are the shortest
-/// that read back as the same double: same value, same bytes. Numbers that JSON lacks (infinite, not a number) become
-/// `null`.
+/// Writes a value as indented JSON with a newline at the end. Keys keep the order of the type, numbers are
+/// the shortest that read back as the same double: same value, same bytes. Numbers that JSON lacks (infinite,
+/// not a number) become `null`.
 ///
 /// # Errors
 /// [`RecordError::Io`] with the path.

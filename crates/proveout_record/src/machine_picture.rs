@@ -1,4 +1,5 @@
-//! A machine as a picture: its bodies at home, the axes as arrows with their letters, and a list of what moves how far.
+//! A machine as a picture: its bodies at home, the axes as arrows with their letters, and a list of what
+//! moves how far.
 //!
 //! ```text
 //!   name

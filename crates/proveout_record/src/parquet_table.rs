@@ -121,8 +121,8 @@ pub(crate) struct Table {
     rows: usize,
 }
 
-/// One row being filled, left to right. Cells of the wrong kind, missing and surplus cells are a fault of this crate;
-/// they are written as null or dropped so that no row is lost.
+/// One row being filled, left to right. Cells of the wrong kind, missing and surplus cells are a fault of
+/// this crate; they are written as null or dropped so that no row is lost.
 pub(crate) struct RowWriter<'a> {
     held: std::slice::IterMut<'a, ColumnBuilder>,
 }

@@ -19,7 +19,8 @@ use crate::{
 /// Most triangles of a glTF file: 2 million are 60 MB and still turn in a viewer.
 pub(crate) const GLB_TRIANGLES: usize = 2_000_000;
 
-/// Most roughness maps of a glTF file or a recording, and nodes along their sides: 4 million triangles at most.
+/// Most roughness maps of a glTF file or a recording, and nodes along their sides: 4 million triangles at
+/// most.
 pub(crate) const MOST_MAPS: usize = 100;
 pub(crate) const MAP_SIDE: usize = 141;
 

@@ -14,20 +14,22 @@ pub(crate) const LEAST_CELL_MM: f64 = 1e-6;
 const SAME_NORMAL: f64 = 1e-9;
 /// Normals of a cell whose sum is shorter cancel out.
 const NO_NORMAL: f64 = 1e-12;
-/// Part of the largest eigenvalue from which on the faces of a cell say where its vertex lies along the direction.
+/// Part of the largest eigenvalue from which on the faces of a cell say where its vertex lies along the
+/// direction.
 const CERTAIN: f64 = 1e-2;
 
 /// Indexed triangles with a normal and a value a vertex; mm, counter-clockwise seen from outside.
 ///
-/// Single precision is enough for pictures only (0.06 µm at 1000 mm); what is measured stays in `surface.parquet`.
+/// Single precision is enough for pictures only (0.06 µm at 1000 mm); what is measured stays in
+/// `surface.parquet`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Picture {
     /// Positions, mm.
     pub(crate) positions: Vec<[f32; 3]>,
     /// Unit normals, as many as positions.
     pub(crate) normals: Vec<[f32; 3]>,
-    /// A value for each position, such as its deviation (mm), not a number where there is none; empty when no vertex
-    /// has one.
+    /// A value for each position, such as its deviation (mm), not a number where there is none; empty when no
+    /// vertex has one.
     pub(crate) values: Vec<f32>,
     /// Motion piece that made each vertex, [`NO_PIECE`] where none did; empty when it is not known of any.
     pub(crate) pieces: Vec<u32>,
@@ -46,9 +48,9 @@ pub(crate) fn single(v: &Vector) -> [f32; 3] {
 impl Picture {
     /// A mesh with the given outward normals and values (either may be empty).
     ///
-    /// Missing normals, and normals that are not finite, are replaced by the area-weighted mean of the faces round the
-    /// vertex. Triangles that name a missing vertex or one that is not finite are left out: files for viewers must
-    /// not carry such numbers.
+    /// Missing normals, and normals that are not finite, are replaced by the area-weighted mean of the faces
+    /// round the vertex. Triangles that name a missing vertex or one that is not finite are left out: files
+    /// for viewers must not carry such numbers.
     pub(crate) fn new(mesh: &TriMesh, normals: &[Vector], values: &[f64]) -> Self {
         let count = mesh.positions.len();
         let finite: Vec<bool> = mesh.positions.iter().map(|p| p.iter().all(|v| v.is_finite())).collect();
@@ -86,8 +88,8 @@ impl Picture {
         }
     }
 
-    /// A mesh with sharp edges: where two faces meet at more than `crease` (radian), the vertex is doubled, so that
-    /// boxes look like boxes.
+    /// A mesh with sharp edges: where two faces meet at more than `crease` (radian), the vertex is doubled,
+    /// so that boxes look like boxes.
     pub(crate) fn creased(mesh: &TriMesh, crease: f64) -> Self {
         let limit = crease.cos();
         let merged = mesh.merge_equal_vertices();
@@ -156,8 +158,8 @@ impl Picture {
         Point::from(self.positions[i as usize].map(f64::from))
     }
 
-    /// The same shape with at most `limit` triangles, and the edge length (mm) of the cells it was gathered in; itself
-    /// when it is small enough.
+    /// The same shape with at most `limit` triangles, and the edge length (mm) of the cells it was gathered
+    /// in; itself when it is small enough.
     pub(crate) fn reduced(self, limit: usize) -> (Self, Option<f64>) {
         if self.triangles.len() <= limit {
             return (self, None);
@@ -321,7 +323,8 @@ impl Cluster {
         self.normal.try_normalize(NO_NORMAL).unwrap_or_else(Vector::z)
     }
 
-    /// Least squares point in the cell: directions whose eigenvalue is below a hundredth of the largest are open.
+    /// Least squares point in the cell: directions whose eigenvalue is below a hundredth of the largest are
+    /// open.
     pub(crate) fn place(&self, cell: f64) -> Vector {
         let mean = self.position / self.count.max(1.0);
         let eigen = self.a.symmetric_eigen();

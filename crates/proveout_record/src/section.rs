@@ -28,7 +28,8 @@ pub fn write_section_svg(path: &Path, section: &Section) -> Result<(), RecordErr
     fs::write(path, svg(section)).map_err(RecordError::io(path))
 }
 
-/// Writes the points of a section: one row a point, with the body, the number of its outline and x, y, z in mm.
+/// Writes the points of a section: one row a point, with the body, the number of its outline and x, y, z in
+/// mm.
 ///
 /// # Errors
 /// [`RecordError::Io`] with the path.

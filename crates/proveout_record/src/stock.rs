@@ -15,7 +15,8 @@ use proveout_stock::{StockFileError, TriDexel};
 
 use crate::error::RecordError;
 
-/// Writes the stock that is left, with its history where the scene keeps one; the layout is in `docs/stock-file.md`.
+/// Writes the stock that is left, with its history where the scene keeps one; the layout is in
+/// `docs/stock-file.md`.
 ///
 /// # Errors
 /// [`RecordError::Io`] with the path.

@@ -1,4 +1,5 @@
-//! The results of a sweep in one table and one page: `sweep.parquet`, `sweep.csv`, `sweep.json`, `sweep.html`.
+//! The results of a sweep in one table and one page: `sweep.parquet`, `sweep.csv`, `sweep.json`,
+//! `sweep.html`.
 //!
 //! Results are read twice in the order of the jobs: once to hold every one of them against the plan, then to
 //! write. A row leaves the memory with its row group, so that a million jobs take as much as a thousand; the
@@ -91,7 +92,8 @@ pub struct Fastest {
 /// Merges the results of all jobs.
 ///
 /// # Errors
-/// [`MergeError`]: a result that is missing, of another plan or version, or damaged; nothing is merged by halves.
+/// [`MergeError`]: a result that is missing, of another plan or version, or damaged; nothing is merged by
+/// halves.
 pub fn merge_sweep(folder: &Path, plan: &Plan) -> Result<SweepSummary, MergeError> {
     let seen = survey(folder, plan)?;
     let beside = |name: &str| folder.join(format!(".{name}.{}", std::process::id()));

@@ -1,6 +1,7 @@
 //! `signals.parquet`, `blocks.parquet`, `surface.parquet`.
 //!
-//! Positions of tip and surface are in the workpiece frame W, mm. Joints are in mm or degrees as their columns say.
+//! Positions of tip and surface are in the workpiece frame W, mm. Joints are in mm or degrees as their
+//! columns say.
 
 use std::path::Path;
 

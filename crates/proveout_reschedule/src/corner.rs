@@ -294,7 +294,8 @@ mod tests {
                 jump = bend_before.map_or(0.0, |b| jump.max((bend - b).abs()));
                 bend_before = Some(bend);
             }
-            // |eps| is the smaller of 0.09 and what half a segment allows; rounding of the second difference is 1e-9.
+            // |eps| is the smaller of 0.09 and what half a segment allows; rounding of the second difference
+            // is 1e-9.
             assert!(largest <= 0.09 + 1e-9 && largest > 0.005, "{unit:?} {largest}");
             // A continuous second derivative changes by little from one micrometer to the next; a kink would
             // give slope / h.

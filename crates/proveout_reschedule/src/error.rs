@@ -1,6 +1,7 @@
 use thiserror::Error;
 
-/// Why a run cannot be re-scheduled: the first block concerned, what is wrong there, what would have to change.
+/// Why a run cannot be re-scheduled: the first block concerned, what is wrong there, what would have to
+/// change.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("line {line}: {message}")]
 pub struct RescheduleError {

@@ -133,14 +133,15 @@ pub trait ContactSurface {
     }
 }
 
-/// Which poses of the tool are free of interference: the feasible region of tool axes at a contact point is where the
-/// clearance is positive.
+/// Which poses of the tool are free of interference: the feasible region of tool axes at a contact point is
+/// where the clearance is positive.
 pub trait FeasibleRegion {
     /// Smallest distance of shank, neck and holder from what they must not touch, mm; zero or less where they
     /// do. The cutting end, which touches the surface that it cuts, does not count.
     fn clearance(&self, pose: &ToolPose) -> f64;
 
-    /// The same where it is below `most` (mm, above zero), else `most`: what is farther away need not be looked for.
+    /// The same where it is below `most` (mm, above zero), else `most`: what is farther away need not be
+    /// looked for.
     fn clearance_up_to(&self, pose: &ToolPose, most: f64) -> f64 {
         self.clearance(pose).min(most)
     }
@@ -180,7 +181,8 @@ pub struct Surroundings<'a> {
     pub cutter: &'a Profile,
     /// Direction of the rotary table's axis, unit length: sections are cut across it.
     pub table_axis: Vector,
-    /// The machine that will run the poses, for methods that look at rotary axes, their ranges and singularities.
+    /// The machine that will run the poses, for methods that look at rotary axes, their ranges and
+    /// singularities.
     pub machine: Option<&'a Machine>,
     /// The surface that is cut, for methods that need normals and curvatures.
     pub surface: Option<&'a dyn ContactSurface>,
@@ -254,7 +256,7 @@ pub trait Method {
     /// New poses for a run.
     ///
     /// # Errors
-    /// The method does not apply to this run, or has no solution: with the first block concerned and what would have to
-    /// change.
+    /// The method does not apply to this run, or has no solution: with the first block concerned and what
+    /// would have to change.
     fn reschedule(&self, run: &CuttingRun, around: &Surroundings<'_>) -> Result<Rescheduled, RescheduleError>;
 }

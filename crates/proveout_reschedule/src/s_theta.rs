@@ -127,7 +127,8 @@ impl STheta {
         Ok(ThetaPlan { angles, layers })
     }
 
-    /// Theta at an end of the path that is no base point: as near to the original as the inset channel allows.
+    /// Theta at an end of the path that is no base point: as near to the original as the inset channel
+    /// allows.
     fn free_end(&self, path: &SectionPath, channel: &Channel, i: usize, at_least: f64) -> f64 {
         let (low, high) = (channel.lower[i] + self.inset, channel.upper[i] - self.inset);
         let wanted = path.axis_angle[i];

@@ -27,7 +27,8 @@ const WINDOW: usize = 5;
 const STRAIGHT: f64 = 1e-5;
 /// Part of the path before a base point in which its hollow lies.
 const HOLLOW_SHARE: f64 = 0.1;
-/// Base points whose chord angles differ by less than this part of a turn are at the same place of the section.
+/// Base points whose chord angles differ by less than this part of a turn are at the same place of the
+/// section.
 const SAME_PLACE: f64 = 0.1;
 /// A turn between two chords above which the path is not smooth, radian.
 const SHARP: f64 = 0.6;
@@ -89,7 +90,8 @@ impl SectionPath {
     /// Ball centers, chord angles and layers of a run.
     ///
     /// # Errors
-    /// The tool is not a ball; the path has fewer than two blocks, repeated points, sharp corners, or no whole layer.
+    /// The tool is not a ball; the path has fewer than two blocks, repeated points, sharp corners, or no
+    /// whole layer.
     pub fn new(run: &CuttingRun, around: &Surroundings<'_>) -> Result<Self, RescheduleError> {
         let first_line = run.blocks.first().map_or(0, |b| b.line);
         let Some(ball_radius) = around.cutter.ball_radius() else {
@@ -174,7 +176,8 @@ impl SectionPath {
         if span > 0.0 { (self.outgoing[b] - self.incoming[a]) / span } else { 0.0 }
     }
 
-    /// Altered points from concave to convex, where a layer begins: the smallest chord angle near the change of sign.
+    /// Altered points from concave to convex, where a layer begins: the smallest chord angle near the change
+    /// of sign.
     fn base_points(&self) -> Vec<usize> {
         let last = self.len() - 1;
         let mut bases = Vec::new();

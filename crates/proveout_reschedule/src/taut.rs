@@ -88,7 +88,8 @@ pub fn free_taut_string(gates: &[TautGate]) -> Result<Vec<[f64; 2]>, usize> {
     Ok(path)
 }
 
-/// The last gate, from one end on, with the limit that a later one contradicts; none where one level passes all gates.
+/// The last gate, from one end on, with the limit that a later one contradicts; none where one level passes
+/// all gates.
 fn first_demand<'a>(gates: impl Iterator<Item = (usize, &'a TautGate)>) -> Option<(usize, f64)> {
     let (mut bottom, mut top) = ((0, f64::NEG_INFINITY), (0, f64::INFINITY));
     for (i, gate) in gates {

@@ -1,4 +1,5 @@
-//! Where the cutter of a block touches the part: the contact point of a pose, found on the surface that is cut.
+//! Where the cutter of a block touches the part: the contact point of a pose, found on the surface that is
+//! cut.
 
 use proveout_geom::{Point, ToolPose, Vector};
 use proveout_path::{PathCutter, PathPoint};

@@ -1,4 +1,5 @@
-//! Contacts on a blade: nearest points, normals and principal curvatures against laws that share no formula with them.
+//! Contacts on a blade: nearest points, normals and principal curvatures against laws that share no formula
+//! with them.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -51,13 +52,15 @@ fn principal_curvatures_are_those_of_the_surface_beside_the_point() {
             let [(high, u), (low, v)] = here.curvatures;
             assert!(high >= low && u.dot(&v).abs() < 1e-9 && u.dot(&here.normal).abs() < 1e-9);
             for (k, direction) in [(high, u), (low, v)] {
-                // A step h along the tangent and back to the surface: the surface falls off by k h^2 / 2 there.
+                // A step h along the tangent and back to the surface: the surface falls off by k h^2 / 2
+                // there.
                 let off = |side: f64| {
                     let there = surface.contact(&(at.point + direction * (side * h))).unwrap();
                     (there.point - at.point).dot(&at.normal)
                 };
                 let measured = -(off(1.0) + off(-1.0)) / (h * h);
-                // Rounding 1e-14 over h^2, and terms of third order that cancel; radii down to 1.2 mm: (h k)^2 k.
+                // Rounding 1e-14 over h^2, and terms of third order that cancel; radii down to 1.2 mm: (h
+                // k)^2 k.
                 assert!((measured - k).abs() < 1e-6 + 1e-5 * k.abs(), "{twist} {arc} {x}: {measured} {k}");
             }
             if twist == 0.0 {

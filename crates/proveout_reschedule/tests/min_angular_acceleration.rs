@@ -141,7 +141,8 @@ fn the_published_ratio_comes_out_on_the_steep_sine() {
     close(peaks(&axes, &arc, false), [163.5, 341.7], 1e-3);
     let law = between_keys(&arc, &keys, 0.0);
     close(peaks(&law, &arc, false), [15.8, 146.6], 4e-3);
-    // With windows the jump of speed at the keys is spread over 12 mm: no law takes less acceleration than the mean.
+    // With windows the jump of speed at the keys is spread over 12 mm: no law takes less acceleration than
+    // the mean.
     let smoothed = |window| peaks(&between_keys(&arc, &keys, window), &arc, false)[1];
     let mean = |window: f64| 146.6 * step / (2.0 * window);
     assert!((smoothed(6.0) / mean(6.0) - 1.0).abs() < 0.02, "{} {}", smoothed(6.0), mean(6.0));
@@ -168,7 +169,8 @@ fn on_a_gentle_sine_the_windows_are_what_helps() {
     assert!(law(6.0)[1] < 20.9, "not more than the program before");
 }
 
-/// Between two keys with windows each has half of the way; a window beside an end of the row reaches to the end.
+/// Between two keys with windows each has half of the way; a window beside an end of the row reaches to the
+/// end.
 #[test]
 fn a_window_beside_an_end_of_the_row_has_all_of_the_way() {
     let axis = |lean: f64| Vector::new(0.0, -lean.sin(), lean.cos());
@@ -284,7 +286,8 @@ fn over_the_whole_row_the_sum_is_less_than_between_two_keys_each() {
     for (i, key) in keys {
         assert!((least[i] - key).norm() < 1e-12, "keys stay");
     }
-    // On one great circle it is the spline of numbers: rates have no jump that a small move of an axis could take down.
+    // On one great circle it is the spline of numbers: rates have no jump that a small move of an axis could
+    // take down.
     assert!(least.iter().all(|a| a.x.abs() < 1e-9));
 }
 

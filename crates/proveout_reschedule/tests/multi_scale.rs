@@ -36,7 +36,8 @@ fn golden_least_inclinations() {
     assert_eq!(TOOL.least_lean([0.4, 0.0], 1.0), None);
 }
 
-/// At the least inclination the smallest relative curvature is zero, below it the tool gouges, above it does not.
+/// At the least inclination the smallest relative curvature is zero, below it the tool gouges, above it does
+/// not.
 #[test]
 fn the_least_inclination_is_where_the_relative_curvature_is_zero() {
     let mut seed = 7_u64;
@@ -132,7 +133,8 @@ fn roughness_of_a_plane_is_that_of_its_parabolas() {
         (0..2000).map(|i| (f64::from(i) + 0.5) / 2000.0 - 0.5).map(|y| [y, 4.0 * y * y]).collect();
     assert!((mean_deviation(&parabola) - 4.0 / (9.0 * 3.0_f64.sqrt())).abs() < 1e-6);
     let frame = ContactFrame::new(Point::origin(), Vector::z(), Vector::x()).unwrap();
-    // Table of the specification: inclination, um at 0.63 mm, at 0.8 mm (by the quadratic formula, printed to 0.01).
+    // Table of the specification: inclination, um at 0.63 mm, at 0.8 mm (by the quadratic formula, printed to
+    // 0.01).
     for [lean, small, large] in [[10.0, 0.88, 1.41], [20.0, 1.44, 2.32], [45.0, 2.18, 3.52]] {
         for (distance, ra) in [(0.63, small), (0.8, large)] {
             let section = CrossSection::new(&Plane, &frame, distance, 5.0 * distance);

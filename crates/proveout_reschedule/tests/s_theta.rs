@@ -1,4 +1,5 @@
-//! The S-theta method against its specification: golden corners, the stand-in scene, properties of random channels.
+//! The S-theta method against its specification: golden corners, the stand-in scene, properties of random
+//! channels.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -86,8 +87,9 @@ fn around(cutter: &Profile) -> Surroundings<'_> {
     Surroundings::new(cutter, Vector::x())
 }
 
-/// Joints Y, Z, A of the table-head machine of the specification's section 4, pivot length 200, at ball center speed
-/// 1000 mm/min: velocities and accelerations by differences over equal steps of the ball center's path.
+/// Joints Y, Z, A of the table-head machine of the specification's section 4, pivot length 200, at ball
+/// center speed 1000 mm/min: velocities and accelerations by differences over equal steps of the ball
+/// center's path.
 fn peaks(path: &SectionPath, poses: &[ToolPose]) -> [[f64; 2]; 3] {
     let mut last: f64 = 0.0;
     let joints: Vec<[f64; 3]> = poses
@@ -174,7 +176,8 @@ fn the_stand_in_scene_meets_the_acceptance_bands() {
             assert!((0.5..2.0).contains(&ratio), "axis {k} {d}: {ratio}\n{shown}");
         }
     }
-    // The original of the prototype: 103.9 deg/s and about 4190 deg/s^2, a mark of the same path and the same sampling.
+    // The original of the prototype: 103.9 deg/s and about 4190 deg/s^2, a mark of the same path and the same
+    // sampling.
     assert!((o[2][0] - 103.9).abs() < 1.0, "{shown}");
     // Centers stay.
     for (block, pose) in run.blocks.iter().zip(&proposed.poses) {
@@ -191,7 +194,8 @@ fn the_channel_has_the_width_of_the_specification_and_is_on_the_safe_side() {
     let path = SectionPath::new(&run, &around(&cutter)).unwrap();
     let free = Channel::tabulated(&path, 0.0, 0.0).unwrap();
     let narrowest = (0..path.len()).map(|i| free.width(i)).fold(f64::MAX, f64::min).to_degrees();
-    // 180 less the concave turning of 59.6 degrees (specification); chords of 0.5 mm see up to 0.6 degrees less of it.
+    // 180 less the concave turning of 59.6 degrees (specification); chords of 0.5 mm see up to 0.6 degrees
+    // less of it.
     assert!((narrowest - 120.4).abs() < 0.8, "{narrowest}");
     let mut smallest = f64::MAX;
     for i in
@@ -306,7 +310,8 @@ fn random_channels_give_monotone_smooth_curves_inside() {
                 last = theta;
             }
         }
-        // Layers join without knowing of each other: level at both ends, where corners take half of the flat at most.
+        // Layers join without knowing of each other: level at both ends, where corners take half of the flat
+        // at most.
         let (ends, n) = (&curve.points, curve.points.len());
         for (from, to) in [(ends[0], ends[1]), (ends[n - 1], ends[n - 2])] {
             assert_eq!(from[1], to[1], "seed {seed}: no flat");

@@ -63,7 +63,8 @@ fn golden_stretches_through_the_pole_and_beside_it() {
         }
     }
     assert_eq!(golden.len(), 45);
-    // Steps 9 and 10 as printed, with the increments added: b(1) = b_k + b_k + 2 b_n / 2 at c + 180: not the tail.
+    // Steps 9 and 10 as printed, with the increments added: b(1) = b_k + b_k + 2 b_n / 2 at c + 180: not the
+    // tail.
     let (head, tail) = (degrees(5.0, 10.0), degrees(6.0, 150.0));
     let printed = degrees(5.0 + 5.0 + 6.0, 10.0 - 40.0);
     assert!(printed.axis().dot(&tail.axis()).acos().to_degrees() > 9.0);

@@ -1,4 +1,5 @@
-//! The method `smooth`: the stand-in scene, properties of random channels, what it refuses, and how its time grows.
+//! The method `smooth`: the stand-in scene, properties of random channels, what it refuses, and how its time
+//! grows.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
@@ -96,12 +97,14 @@ fn in_the_published_channel_the_peak_of_acceleration_is_a_small_part_of_that_of_
     let published = peaks(&s_theta, &times, inner);
     let shown = format!("{velocity} {peak} {:?} of s-theta {published:?}, {took:?}", acceleration.map(f64::to_degrees));
     println!("{shown}");
-    // The limit is not reached, so that the program runs at its feed; s-theta runs at nearly the same velocity.
+    // The limit is not reached, so that the program runs at its feed; s-theta runs at nearly the same
+    // velocity.
     assert!(velocity < 62.4 && published[0] > 61.0, "{shown}");
     // An independent prototype came to 48.3 with a dual bound that is equal.
     assert!(peak < 60.0 && peak > 40.0 && published[1] > 1000.0, "{shown}");
     assert!(angles.windows(2).all(|q| q[1] >= q[0]) && channel.margin(&angles) >= 0.0, "{shown}");
-    // The whole of it: ramps keep a quarter of the joint's acceleration, with what differences over blocks add to that.
+    // The whole of it: ramps keep a quarter of the joint's acceleration, with what differences over blocks
+    // add to that.
     assert!(peaks(&angles, &times, [0.0, total])[1] < 0.3 * 1505.0, "{shown}");
 }
 
@@ -301,7 +304,8 @@ fn the_channel_of_the_tool_holds_the_axes_of_the_program_and_is_capped_by_the_le
     }
 }
 
-/// A control that takes twice the time where the axis turns faster than a limit, and counts how often it is asked.
+/// A control that takes twice the time where the axis turns faster than a limit, and counts how often it is
+/// asked.
 struct Slow(std::cell::Cell<usize>, Vec<f64>);
 
 impl TimeLaw for Slow {
@@ -336,7 +340,8 @@ impl TimeLaw for Follows {
     }
 }
 
-/// Bands about the normal of a round bar in which the axis stays: from one to the other it swings within half a second.
+/// Bands about the normal of a round bar in which the axis stays: from one to the other it swings within half
+/// a second.
 struct Bands {
     swing: [usize; 2],
     centers: Vec<Point>,

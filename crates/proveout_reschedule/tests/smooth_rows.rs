@@ -351,7 +351,8 @@ fn nothing_slower_for_the_control_than_the_program_before_is_handed_out() {
     assert_eq!(error.code, "reschedule-channel");
 }
 
-/// A control that takes as long for every block, and longer for the first one the farther the first axis is from one.
+/// A control that takes as long for every block, and longer for the first one the farther the first axis is
+/// from one.
 struct Lift(Vector);
 
 impl TimeLaw for Lift {
@@ -361,7 +362,8 @@ impl TimeLaw for Lift {
     }
 }
 
-/// What leads to a row counts: with ends that may move, the smoothest schedule stands still, but begins elsewhere.
+/// What leads to a row counts: with ends that may move, the smoothest schedule stands still, but begins
+/// elsewhere.
 #[test]
 fn a_row_that_gains_nothing_but_lengthens_what_leads_to_it_is_not_handed_out() {
     let run = row(121, 20.0, |s| Vector::new(0.3 * (1.0 + 0.5 * (TAU * 4.0 * s + 1.0).sin()), 0.1 + 0.2 * s, 1.0));

@@ -1,4 +1,5 @@
-//! Latin hypercubes: each range is cut into as many parts as there are draws, and each part is drawn from once.
+//! Latin hypercubes: each range is cut into as many parts as there are draws, and each part is drawn from
+//! once.
 
 /// For each key its place in every draw, part of its range.
 pub(crate) fn latin_hypercube(keys: usize, draws: usize, seed: u64) -> Vec<Vec<f64>> {

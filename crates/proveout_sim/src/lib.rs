@@ -22,8 +22,8 @@
 //! | `compare/` | programs side by side, certificates of a schedule |
 //! | `setup/` | a scene from a program, causes known before a run |
 //!
-//! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M (joints).
-//! Millimeter, radian, second inside; files carry units in their keys.
+//! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M
+//! (joints). Millimeter, radian, second inside; files carry units in their keys.
 //!
 //! Known limits: one setup a run ([`job`] hands the stock on from one to the next); drive loads leave
 //! workpiece, tool and cutting forces out.

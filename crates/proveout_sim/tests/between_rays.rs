@@ -123,7 +123,8 @@ fn over_a_bar(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, ca
     });
 }
 
-/// A thin tool goes down between rays, at a rapid or without edges at its center; its twin goes down beside the block.
+/// A thin tool goes down between rays, at a rapid or without edges at its center; its twin goes down beside
+/// the block.
 fn thin_tools(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &mut Vec<Case>) {
     let d = (0.9 * cell).min(next(0.5, 3.0));
     let (x, y) =

@@ -1,4 +1,5 @@
-//! What a run says of the cut part: gouges one by one, walls that are gone, what the rays cannot tell, memory.
+//! What a run says of the cut part: gouges one by one, walls that are gone, what the rays cannot tell,
+//! memory.
 #![allow(clippy::unwrap_used, reason = "a failed test says why")]
 
 use std::{
@@ -277,7 +278,8 @@ fn what_stands_between_all_rays_and_is_cut_away_is_found_and_says_what_to_do() {
     let job = |more| Job { stock: BLOCK, cell: "0.5", tolerance: 0.02, more, program: &program };
     let v = between.run(&job(""), 2).unwrap();
     let (state, reason) = gate(&v, "gouge");
-    // No ray meets it: the swept pieces of motion tell that it is gone. Its middle lies half its thickness deep.
+    // No ray meets it: the swept pieces of motion tell that it is gone. Its middle lies half its thickness
+    // deep.
     assert_eq!(state, State::Fail, "{reason}");
     let found = of(&v, GOUGE.code);
     assert!((found[0].value.unwrap() / 0.1 - 1.0).abs() < 0.03, "{found:?}");

@@ -201,7 +201,8 @@ fn the_planned_angle_stays_in_its_channel_and_is_monotone_after_reading() {
     let made = e.made("s-theta");
     let study = &made.runs[0].study;
     assert!(study.figure("smallest margin").unwrap() > -1e-9);
-    // The same from the text: angles in the section between the limits of the study, up to the digits of the text.
+    // The same from the text: angles in the section between the limits of the study, up to the digits of the
+    // text.
     let run =
         e.run(&e.commands("made.mpf", &programs::text(&made.commands, Dialect::Siemens840d, &e.settings).unwrap()));
     let limits: Vec<_> = study.curves.iter().filter(|c| c.kind == CurveKind::Limit).collect();
@@ -225,7 +226,8 @@ fn the_planned_angle_stays_in_its_channel_and_is_monotone_after_reading() {
         assert!(theta <= upper + 1e-9 && theta >= lower - 1e-9, "block {k}");
         let off = (theta * sense - angle + 540.0).rem_euclid(360.0) - 180.0;
         if k > 0 && sense != 0.0 {
-            // Zero and sense of the plane are the method's: what it shows and what is written differ by a constant.
+            // Zero and sense of the plane are the method's: what it shows and what is written differ by a
+            // constant.
             let first = *zero.get_or_insert(off);
             assert!((off - first).abs() < 2e-6, "block {k}: {off} {first}");
         }

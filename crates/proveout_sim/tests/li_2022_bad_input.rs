@@ -1,4 +1,5 @@
-//! Programs that cannot be re-scheduled: the error names the first block concerned and what would have to change.
+//! Programs that cannot be re-scheduled: the error names the first block concerned and what would have to
+//! change.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

@@ -1,4 +1,5 @@
-//! One setup after the other: what a run leaves is the stock of the next one, and each block tells its engagement.
+//! One setup after the other: what a run leaves is the stock of the next one, and each block tells its
+//! engagement.
 
 use std::{
     fs,

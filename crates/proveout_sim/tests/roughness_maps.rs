@@ -88,7 +88,8 @@ impl Job<'_> {
     }
 }
 
-/// Two round inserts, D = 10 mm, on a path along +Y at X5: Duong, Nguyen 2026, case A1, turning counter-clockwise.
+/// Two round inserts, D = 10 mm, on a path along +Y at X5: Duong, Nguyen 2026, case A1, turning
+/// counter-clockwise.
 const FACE_MILL: &str = "[[tool]]\nnumber = 1\nname = \"FACE\"\nkind = \"bull_nose\"\ndiameter_mm = 20\ncorner_radius_mm = 5\n\
     flute_length_mm = 8\ngauge_length_mm = 150\nflutes = 2\nhand = \"left\"\ncenter_cutting = false\n[tool.edges]\n\
     radial_run_out_mm = [0, 0.011]\naxial_run_out_mm = [0, 0.003]\nradial_rake_deg = 0.6\n\
@@ -115,7 +116,8 @@ fn face_surface(n: usize, phase: &str) -> String {
 
 const PHASE: &str = "[[surface.phase]]\nat_mm = [5, -5, 0]\ntooth_deg = 180\n";
 
-/// Height of a point by the published equations, roots of the contact by bisection: shares nothing with the product.
+/// Height of a point by the published equations, roots of the contact by bisection: shares nothing with the
+/// product.
 fn height(x: f64, y: f64) -> f64 {
     let turns = CUTTING_SPEED / 60.0 / (PI * 10.0);
     let (w, v, rake) = (TAU * turns, FEED_TOOTH * 2.0 * turns, 0.6_f64.to_radians());
@@ -314,7 +316,8 @@ fn what_a_tool_states_of_its_residual_counts_on_top() {
     assert_eq!((state, none.ra_um), (State::Unchecked, [0.0, 0.0]));
     assert_eq!(none.source, "BALL states none: unknown, not zero");
     let residual = "[tool.residual]\nra_um = [0.1, 0.3]\nrz_um = [0.4, 1]\nsource = \"own trials\"\n";
-    // About 0.43 um of the motion alone, and up to 0.41 um of the marks of the teeth, which an envelope does not have.
+    // About 0.43 um of the motion alone, and up to 0.41 um of the marks of the teeth, which an envelope does
+    // not have.
     assert_eq!(judged(residual, 0.6).0, State::Unchecked, "0.53 to 1.13 um");
     assert_eq!(judged(residual, 0.8).0, State::Unchecked, "0.53 to 1.13 um");
     assert_eq!(judged(residual, 1.2).0, State::Pass);

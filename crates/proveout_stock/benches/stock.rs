@@ -1,7 +1,8 @@
 //! Prints what history, engagement, files and re-gridding of a stock cost, and how removal grows with the
 //! material that is met.
 //!
-//! `cargo bench -p proveout_stock --bench stock`; `-- --rows 20` takes other rows of 192 moves of 0.5 mm, 0.3 mm apart.
+//! `cargo bench -p proveout_stock --bench stock`; `-- --rows 20` takes other rows of 192 moves of 0.5 mm, 0.3
+//! mm apart.
 #![allow(clippy::print_stdout, reason = "a benchmark prints its figures")]
 
 use std::time::Instant;
@@ -162,7 +163,8 @@ fn files(rows: usize) {
     println!("probe: {used:.2} s to make, {:.1} us a nearest point ({found} found)", asked * 100.0);
 }
 
-/// Time against the material that is met: the same moves at several depths, above the block, and with a longer tool.
+/// Time against the material that is met: the same moves at several depths, above the block, and with a
+/// longer tool.
 fn scaling(rows: usize) {
     for (name, depth, length) in [
         ("1.5 mm deep", 1.5, 40.0),

@@ -213,7 +213,8 @@ fn air_share(cell: f64, body: &Profile, rows: usize) {
         moves
     };
     let programs = [with_air(200, 0.5), with_air(200, 1.0), with_air(400, 0.5)];
-    // One thread, since threads that wait for work take processor time too; in turns, since the machine's speed drifts.
+    // One thread, since threads that wait for work take processor time too; in turns, since the machine's
+    // speed drifts.
     let Ok(pool) = rayon::ThreadPoolBuilder::new().num_threads(1).build() else { return };
     let seconds = |moves: &[SweepMotion]| {
         let item = |(k, m): (usize, &SweepMotion)| SweepItem { id: k as u32, body, action: Action::Remove, motion: *m };

@@ -3,7 +3,8 @@
 use proveout_geom::ToolPose;
 use proveout_tool::Profile;
 
-/// A motion of a tool: the tip runs straight, the axis on the great circle, both uniform in time; frame of the stock.
+/// A motion of a tool: the tip runs straight, the axis on the great circle, both uniform in time; frame of
+/// the stock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweepMotion {
     /// Start.

@@ -50,7 +50,8 @@ fn a_plunge_is_as_deep_as_its_tip() {
             // The axis stands on a ray along z, so that this one sees the tip.
             let way = [at(30.1, 10.1, 3.0), at(30.1, 10.1, -depth)];
             let found = rapid(&mut stock, &mut Depths::new(CONTACT), &body, 5, way, pieces);
-            // Only the very tip of a cone is that deep: it lies on the ray, and 1e-7 mm are the body's shrinkage.
+            // Only the very tip of a cone is that deep: it lies on the ray, and 1e-7 mm are the body's
+            // shrinkage.
             assert!((found - depth).abs() < 2e-6, "{name} {depth} in {pieces}: {found}");
         }
     }
@@ -196,7 +197,8 @@ fn what_touches_only_has_no_depth_and_small_overlaps_are_their_own() {
     assert!(stock.sweep(&[remove(3, &body, at(10.1, 10.1, 5.0), at(10.1, 10.1, -1.0))])[0].depth_mm.is_none());
 }
 
-/// A body that is inside of the block from the beginning has no free surface to be seen from: never a small number.
+/// A body that is inside of the block from the beginning has no free surface to be seen from: never a small
+/// number.
 #[test]
 fn a_start_inside_of_material_is_as_deep_as_its_longest_overlap() {
     let mut stock = block(0.5);
@@ -236,7 +238,8 @@ fn runs_go_on_over_batches_and_measuring_cuts_nothing_else() {
     assert_eq!(plain.surface_points().collect::<Vec<_>>(), whole.surface_points().collect::<Vec<_>>());
 }
 
-/// A ray touches the cone of a drill at its deepest place: what the way down may leave of it is no depth on the way up.
+/// A ray touches the cone of a drill at its deepest place: what the way down may leave of it is no depth on
+/// the way up.
 #[test]
 fn a_chord_that_the_sweep_may_leave_is_no_depth() {
     // Half angle 67.5 degrees; the ray x = any, y = 9.125, z = -14.625 lies 0.905 mm beside the axis, where

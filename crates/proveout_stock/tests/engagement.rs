@@ -35,7 +35,8 @@ fn length(have: f64, want: f64) {
     assert!(have <= want + 1e-3 && have > want - CELL, "{have}, not {want}");
 }
 
-/// A cut from x = 8 on to the given end, in material that begins at x = 0, so that the cutter is engaged all around.
+/// A cut from x = 8 on to the given end, in material that begins at x = 0, so that the cutter is engaged all
+/// around.
 fn feed<'a>(id: u32, tool: &'a Profile, y: f64, z: f64, way: f64) -> [SweepItem<'a>; 2] {
     let at = |x: f64| pose([x, y, z], UP);
     [remove(id, tool, at(-9.0), at(8.0)), remove(id + 1, tool, at(8.0), at(8.0 + way))]
@@ -129,7 +130,8 @@ fn a_second_pass_finds_nothing_and_a_deeper_one_only_its_own_depth() {
 
 #[test]
 fn engagement_turns_with_the_frame_and_does_not_depend_on_threads() {
-    // A slot in a block that stands askew, cut along the same way: the same engagement but for the places of the rays.
+    // A slot in a block that stands askew, cut along the same way: the same engagement but for the places of
+    // the rays.
     let tool = bull(4.0, 1.0, 30.0);
     let turn = Pose::from_rpy(Vector::new(3.0, 2.0, 1.0), rad(25.0), rad(-40.0), rad(70.0));
     let bounds = cuboid([-30.0; 3], [40.0, 40.0, 40.0]);

@@ -274,7 +274,8 @@ fn a_block_with_a_ball_slot_in_a_new_pose_stays_within_its_bound() {
         let (mut smooth, mut edge, mut count) = (0.0_f64, 0.0_f64, 0);
         for p in new.surface_points() {
             let x = back.point(&p.point);
-            // Distance by the largest of the parts is exact away from edges, and a lower bound of the error at them.
+            // Distance by the largest of the parts is exact away from edges, and a lower bound of the error
+            // at them.
             let (off, second) = slotted_block(&x, size, y, z, r);
             // Faces of the box meet along edges, too.
             let near_face = (0..3).filter(|&k| x[k].abs() < 2.0 * cell || (x[k] - size[k]).abs() < 2.0 * cell).count();

@@ -64,7 +64,8 @@ fn a_plunge_leaves_the_body() {
 
 #[test]
 fn a_bull_nose_on_a_circle_cuts_a_torus_groove() {
-    // 720 chords of a circle of radius 5: the surface is the torus tube with a chord error of 5 (1 - cos 0.25 deg).
+    // 720 chords of a circle of radius 5: the surface is the torus tube with a chord error of 5 (1 - cos 0.25
+    // deg).
     let mut stock = block(0.25);
     let tool = ball(1.5, 30.0);
     let at = |k: usize| {
@@ -196,7 +197,8 @@ fn the_order_of_moves_that_do_not_meet_changes_nothing() {
 
 #[test]
 fn a_face_exactly_on_a_ray_or_at_the_origin_is_no_gouge() {
-    // Rays at -0.75, -0.25, 0.25, ...: walls and floors of the tool fall on rays, and on the faces of the stock.
+    // Rays at -0.75, -0.25, 0.25, ...: walls and floors of the tool fall on rays, and on the faces of the
+    // stock.
     for (x0, y0) in [(0.0, 0.0), (-1.0, -1.0)] {
         let bounds = cuboid([x0, y0, 0.0], [x0 + 10.0, y0 + 10.0, 5.0]);
         let fresh = || TriDexel::from_box(&bounds, 0.5, GIB).unwrap();

@@ -101,7 +101,8 @@ fn what_is_kept_between_looks_counts_the_parts_after_each_cut() {
             assert_eq!(kept.parts(&stock), parts.len(), "with it again after cut {k}");
         }
     }
-    // By construction: a slot half through, through, one thinner than a cell through its left half, and so on.
+    // By construction: a slot half through, through, one thinner than a cell through its left half, and so
+    // on.
     assert_eq!(counts[..4], [1, 2, 3, 4]);
     assert!(counts[7] > counts[6] && counts[6] == counts[5], "a floor holds, then it is cut: {counts:?}");
     // Of another stock nothing is kept.
@@ -128,7 +129,8 @@ fn rays(stock: &TriDexel) -> Vec<Vec<Interval>> {
     (0..3).flat_map(set).collect()
 }
 
-/// A plate that is cut into pieces by slots in several directions, some of them tilted; the cells are no cubes.
+/// A plate that is cut into pieces by slots in several directions, some of them tilted; the cells are no
+/// cubes.
 fn pieces() -> (TriDexel, u32) {
     let bounds = cuboid([0.0; 3], [30.0, 24.0, 6.0]);
     let mut stock = TriDexel::from_box(&bounds, Cells([0.5, 0.4, 0.3]), GIB).unwrap();

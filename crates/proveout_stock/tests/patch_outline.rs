@@ -21,7 +21,8 @@ fn distance_to_path(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     (p[0] - a[0] - t * d[0]).hypot(p[1] - a[1] - t * d[1])
 }
 
-/// Vertical cutters through a plate: a ray is empty when a path came nearer than the radius, and whole otherwise.
+/// Vertical cutters through a plate: a ray is empty when a path came nearer than the radius, and whole
+/// otherwise.
 #[test]
 fn every_ray_of_an_irregular_rest_is_cut() {
     let plate = Aabb { min: Point::origin(), max: Point::new(12.0, 12.0, 3.0) };

@@ -136,7 +136,8 @@ fn a_patch_has_the_rays_of_a_whole_stock_of_its_cells() {
         assert!(unmet * 1000 <= mine.len() && same * 4 > mine.len(), "{unmet} missing, {same} equal of {}", mine.len());
         let (have, want) = (patch.surface(), whole.surface().inside(patch.window()));
         let off = (volume(&have) - volume(&want)).abs();
-        // A node within the bound of a face may count to either side, so that cells at sharp edges come out otherwise.
+        // A node within the bound of a face may count to either side, so that cells at sharp edges come out
+        // otherwise.
         let cells = 10.0 * FINE.powi(3);
         assert!(off <= whole.sweep_bound_mm() * area(&want) + cells, "{off} mm³");
         assert!(patch.stock().sweep_bound_mm() <= whole.sweep_bound_mm());
@@ -158,7 +159,8 @@ fn blocks_of_the_surface_of_a_patch_are_its_surface() {
             *parts.entry(key).or_insert(0) += count;
         }
     }
-    // Corners of triangles agree; on the faces of the window a quadrilateral on a seam may be cut in another order.
+    // Corners of triangles agree; on the faces of the window a quadrilateral on a seam may be cut in another
+    // order.
     let whole = shape(&patch.surface());
     assert_eq!(parts.keys().collect::<Vec<_>>(), whole.keys().collect::<Vec<_>>());
 }
@@ -300,7 +302,8 @@ fn stock_and_patches_together_bound_the_part() {
     let (fine, coarse) = (body.stock(0.1, GIB).unwrap(), stock.volume());
     let mut fine = fine;
     fine.sweep(&cut);
-    // Chords of the coarse mesh cut off cell² / 8 r = 0.01 mm of the slots outside of the windows, some 430 mm².
+    // Chords of the coarse mesh cut off cell² / 8 r = 0.01 mm of the slots outside of the windows, some 430
+    // mm².
     assert!((together - fine.volume()).abs() < 4.5, "{together} {} {coarse}", fine.volume());
 }
 

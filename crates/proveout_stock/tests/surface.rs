@@ -105,7 +105,8 @@ fn a_tilted_tool_that_retracts_leaves_a_clean_surface() {
         let surface = stock.surface();
         surface.mesh.check_solid().unwrap();
         assert_eq!(components(&surface.mesh), 1, "a speck floats in the hole: {tool:?}");
-        // Nothing is left in the hole, and what the way out finds again is no deeper than the bound of the sweep.
+        // Nothing is left in the hole, and what the way out finds again is no deeper than the bound of the
+        // sweep.
         let again = stock.sweep(&[probe(4, &tool, low, out), probe(5, &tool, turned, out_turned)]);
         for r in &again {
             // Along a ray at one degree to the wall the bound of 0.4 micrometers is 0.023 mm long.

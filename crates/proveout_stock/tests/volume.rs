@@ -1,4 +1,5 @@
-//! One volume: what cuts take and what they leave make up the stock, and plain faces are exact whatever the cells.
+//! One volume: what cuts take and what they leave make up the stock, and plain faces are exact whatever the
+//! cells.
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr, reason = "a failed test says why")]
 
 use crate::common::{GIB, Random, ball, cuboid, flat, pose, random_cutter, remove};
@@ -27,7 +28,8 @@ fn faced(stock: &mut TriDexel, axis: usize, thickness: f64) {
     }
 }
 
-/// 100 x 50 x 5 mm are 25000 mm³ across any axis, at cells that fit into the stock and at others, cubes or not.
+/// 100 x 50 x 5 mm are 25000 mm³ across any axis, at cells that fit into the stock and at others, cubes or
+/// not.
 #[test]
 fn a_plain_slab_has_its_volume_at_any_cells() {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
@@ -49,7 +51,8 @@ fn a_plain_slab_has_its_volume_at_any_cells() {
     }
 }
 
-/// Steps, shoulders and slots along the axes, in boxes at any place: out by less than a cell squared along each edge.
+/// Steps, shoulders and slots along the axes, in boxes at any place: out by less than a cell squared along
+/// each edge.
 #[test]
 fn faces_along_several_axes_are_out_by_their_edges_only() {
     let mut random = Random(7);

@@ -332,7 +332,8 @@ impl Areas {
         self.finish_with_starts().into_iter().map(|(area, _)| area).collect()
     }
 
-    /// The same, with the places from which their worst may be searched between the rays ([`crate::refined`]).
+    /// The same, with the places from which their worst may be searched between the rays
+    /// ([`crate::refined`]).
     pub fn finish_with_starts(mut self) -> Vec<(Area, Starts)> {
         self.join_neighbors();
         let mut of_root: HashMap<u32, usize> = HashMap::new();

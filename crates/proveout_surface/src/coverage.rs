@@ -41,7 +41,8 @@ const BALL: f64 = 0.71;
 const BALL_DEPTH: f64 = 0.75;
 /// Depth below the surface from which a line of sight begins, in cells.
 const UNDER: f64 = 1e-4;
-/// Part of the normal along a ray from which on its crossing with a surface is looked at; the largest is 0.577 or more.
+/// Part of the normal along a ray from which on its crossing with a surface is looked at; the largest is
+/// 0.577 or more.
 const FLAT: f64 = 0.3;
 /// A triangle whose longest edge is this many times that of the stock is taken in parts.
 const LARGE: f64 = 4.0;

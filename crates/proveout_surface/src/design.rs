@@ -24,8 +24,8 @@ pub struct NearestOnDesign {
 /// assert_eq!(design.nearest(&Point::new(0.0, 0.0, 25.0), 1.0), None); // beyond 1 mm
 /// ```
 pub trait DesignSurface: Sync {
-    /// Nearest point of the design; none when it is further away than `range` (mm) or when the surface does not answer
-    /// for this point (beyond the end of a flank, a coordinate that is not a number).
+    /// Nearest point of the design; none when it is further away than `range` (mm) or when the surface does
+    /// not answer for this point (beyond the end of a flank, a coordinate that is not a number).
     fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign>;
 
     /// Signed distance, mm, positive outside; none where [`Self::nearest`] gives none without limit of range.

@@ -15,7 +15,8 @@ pub struct DeviationSettings {
     pub region: Option<Aabb>,
     /// Only points that a motion has cut count.
     pub only_cut: bool,
-    /// Error of the design surface itself (chord error of its mesh), mm: gouges up to it are not counted as area.
+    /// Error of the design surface itself (chord error of its mesh), mm: gouges up to it are not counted as
+    /// area.
     pub tolerance_floor: f64,
     /// Edges of a cell of the stock along x, y and z, mm: distances of neighboring rays.
     pub cells: [f64; 3],

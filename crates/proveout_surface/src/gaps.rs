@@ -33,7 +33,8 @@
 //! each single ray, and so does the tip of a wedge. The caller distinguishes them by their extent
 //! ([`Gap::foil`]).
 //!
-//! Known limits: material between two rays of a set is not seen where the others do not see it either: see `coverage`.
+//! Known limits: material between two rays of a set is not seen where the others do not see it either: see
+//! `coverage`.
 
 use proveout_geom::Vector;
 use proveout_stock::{RayPlace, RaySpan};
@@ -48,7 +49,8 @@ const WALL: f64 = 0.45;
 const PLAIN: f64 = 1.1;
 /// Lengths that are none, mm: as the stock rounds.
 const SLIVER: f64 = 2e-7;
-/// Points of a gap at which its depth is asked for, before the best is refined; odd, so that the middle is one.
+/// Points of a gap at which its depth is asked for, before the best is refined; odd, so that the middle is
+/// one.
 const LOOKS: usize = 9;
 /// Halvings by the golden section.
 const REFINE: usize = 12;

@@ -524,8 +524,8 @@ impl GougeSearch<'_> {
         normals.into_iter().take(4 * ASPECTS).enumerate().map(aspect).collect()
     }
 
-    /// Whether a plane between a box and a cutter proves that the piece does not reach into the box. The boxes of
-    /// long cutters that lean are much larger than the cutters.
+    /// Whether a plane between a box and a cutter proves that the piece does not reach into the box. The
+    /// boxes of long cutters that lean are much larger than the cutters.
     fn is_separated(&self, item: SweepItem, bounds: &Aabb) -> bool {
         let toward = self.on.sweeps.toward(item, &bounds.center());
         toward.is_some_and(|n| corner(bounds, &n).coords.dot(&n) < self.on.sweeps.least(item, &n))

@@ -1,14 +1,16 @@
 //! How far a cut surface is from its design: gouge, excess, mean and root mean square deviation.
 //!
-//! Data in: points of the cut surface and a design, both in one frame (the workpiece frame W), mm. Data out: signed
-//! deviations, mm; positive where material is left outside of the design, negative where it is missing inside.
+//! Data in: points of the cut surface and a design, both in one frame (the workpiece frame W), mm. Data out:
+//! signed deviations, mm; positive where material is left outside of the design, negative where it is missing
+//! inside.
 //!
 //! * [`DesignSurface`] – signed distance to a design: [`DesignMesh`] for meshes; [`HalfSpaceDesign`],
 //!   [`Sphere`], [`ConeFrustum`], [`ConeFlank`] and blades ([`proveout_blade::Blade`]) in closed form;
 //!   [`chord_error`] of a mesh against one.
 //! * [`measure`] – [`Deviation`] of [`SurfacePoint`]s, with one value a point for a map; [`Tally`] for
 //!   points as they come.
-//! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on its rays.
+//! * [`Survey`] – a whole stock, band by band: its points, and the [`Gap`]s between design and material on
+//!   its rays.
 //! * [`ThinFins`] – sheets of material as thin as the error of their own faces.
 //! * [`Areas`] – what is too deep or too high, area by area.
 //! * [`refined`] – the worst place of an area on the swept surface itself, between the rays.

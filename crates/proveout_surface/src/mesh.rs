@@ -23,10 +23,11 @@ pub enum DesignError {
 
 /// Closed mesh with a bounding volume hierarchy.
 ///
-/// The sign comes from the angle-weighted pseudo-normal of the face, edge or vertex that holds the nearest point
-/// (Baerentzen and Aanaes, Signed distance computation using the angle weighted pseudonormal, 2005, theorem 1), which
-/// is right everywhere off the surface of one closed shell. Where shells touch, the nearest face may lie inside of the
-/// solid. In a mesh of several shells, a point is therefore inside if more bodies than cavities contain it.
+/// The sign comes from the angle-weighted pseudo-normal of the face, edge or vertex that holds the nearest
+/// point (Baerentzen and Aanaes, Signed distance computation using the angle weighted pseudonormal, 2005,
+/// theorem 1), which is right everywhere off the surface of one closed shell. Where shells touch, the nearest
+/// face may lie inside of the solid. In a mesh of several shells, a point is therefore inside if more bodies
+/// than cavities contain it.
 ///
 /// ```
 /// use proveout_geom::{Aabb, Point, box_mesh};
@@ -113,7 +114,8 @@ fn shells_of(mesh: &TriMesh) -> Vec<TriMesh> {
 }
 
 impl DesignMesh {
-    /// Checks that the triangles bound a solid and builds the tree. Vertices with equal coordinates are joined first.
+    /// Checks that the triangles bound a solid and builds the tree. Vertices with equal coordinates are
+    /// joined first.
     ///
     /// # Errors
     /// The first place where the mesh is not a solid.
@@ -187,7 +189,8 @@ impl DesignMesh {
 
 impl DesignSurface for DesignMesh {
     fn nearest(&self, p: &Point, range: f64) -> Option<NearestOnDesign> {
-        /// Part by which the search reaches farther than asked: it keeps what is strictly nearer than its bound.
+        /// Part by which the search reaches farther than asked: it keeps what is strictly nearer than its
+        /// bound.
         const BEYOND: f64 = 1e-12;
         if !p.iter().all(|v| v.is_finite()) {
             return None;

@@ -67,7 +67,8 @@ pub struct FoundGap {
 }
 
 impl FoundGap {
-    /// How its ray meets a fin, where all of its ends that count lie on one; `band` is the one that it was found in.
+    /// How its ray meets a fin, where all of its ends that count lie on one; `band` is the one that it was
+    /// found in.
     pub fn fin(&self, band: &Band) -> Option<FinCrossing> {
         if self.gap.side == Side::Missing {
             return None;

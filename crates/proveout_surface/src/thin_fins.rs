@@ -30,7 +30,8 @@ const AWAY: f64 = -0.5;
 /// What counts as a thin fin.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ThinFins {
-    /// Sheets up to this are fins, mm; zero for none: twice the distance within which each face of the stock is known.
+    /// Sheets up to this are fins, mm; zero for none: twice the distance within which each face of the stock
+    /// is known.
     pub thickest: f64,
     /// Only ends of material higher than this above the design are asked, mm.
     pub above: f64,
@@ -80,7 +81,8 @@ impl ThinFins {
         })
     }
 
-    /// For each interval of a ray with the deviations of both its ends: which end is a fin too high above the design.
+    /// For each interval of a ray with the deviations of both its ends: which end is a fin too high above the
+    /// design.
     pub(crate) fn of_ray(
         &self,
         stock: &TriDexel,

@@ -1,4 +1,5 @@
-//! Families of gouges and of material left between the rays, with the truth by construction, and clean twins of each.
+//! Families of gouges and of material left between the rays, with the truth by construction, and clean twins
+//! of each.
 #![allow(clippy::unwrap_used, reason = "a failed test says why")]
 
 use proveout_geom::{Aabb, Point, Pose, ToolPose, TriMesh, Vector, box_mesh};
@@ -184,7 +185,8 @@ fn gouges_between_rays_are_found_with_their_depth_and_clean_twins_have_none() {
     assert!(boxes < 5_000_000, "{boxes}");
 }
 
-/// Random pieces of a tilting tool: what is found is there, and a dense lattice of places finds nothing deeper.
+/// Random pieces of a tilting tool: what is found is there, and a dense lattice of places finds nothing
+/// deeper.
 #[test]
 fn what_is_found_of_turning_pieces_is_there_and_no_place_of_a_lattice_is_deeper() {
     let mut numbers = Numbers(0x1234_5678_9abc_def1);

@@ -18,7 +18,8 @@ fn the_chord_error_is_that_of_the_worst_facet() {
     let mesh = blade.mesh(asked);
     let measured = chord_error(&mesh, &blade).unwrap();
     assert!(measured > 0.5 * asked && measured < 3.0 * asked, "{measured}");
-    // No other place is off by more: random ones on facets of all faces, and the corners, which lie on the blade.
+    // No other place is off by more: random ones on facets of all faces, and the corners, which lie on the
+    // blade.
     let mut state = 5_u64;
     let mut unit = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);

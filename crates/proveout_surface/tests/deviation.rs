@@ -1,5 +1,5 @@
-//! Signed distances against closed forms and against a slow oracle that shares no code: all triangles one by one, and
-//! the winding number for the sign.
+//! Signed distances against closed forms and against a slow oracle that shares no code: all triangles one by
+//! one, and the winding number for the sign.
 
 use std::f64::consts::{PI, TAU};
 
@@ -33,7 +33,8 @@ fn sphere_mesh(radius: f64, rings: usize, sectors: usize) -> TriMesh {
     revolved_mesh(&profile, sectors)
 }
 
-/// Distance by projecting on every triangle: minimum over a fine search of the face plane and the three edges.
+/// Distance by projecting on every triangle: minimum over a fine search of the face plane and the three
+/// edges.
 fn slow_distance(mesh: &TriMesh, p: &Point) -> f64 {
     let mut best = f64::INFINITY;
     for t in 0..mesh.triangles.len() {

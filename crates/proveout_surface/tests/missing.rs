@@ -153,7 +153,8 @@ fn a_wall_that_is_gone_counts_with_its_thickness() {
 fn a_foil_below_the_tolerance_is_missed_where_it_is_gone_and_a_wedge_is_no_foil() {
     let found = hold(&plate(), &with_wall(0.04), 0.05);
     assert!(found.areas.len() == 1 && found.areas[0].foil && (found.areas[0].depth - 0.04).abs() < 1e-9);
-    // The tip of a wedge of 20 degrees recedes by 0.1 mm: 0.035 mm thick there, within a tolerance of 0.05 mm.
+    // The tip of a wedge of 20 degrees recedes by 0.1 mm: 0.035 mm thick there, within a tolerance of 0.05
+    // mm.
     let wedge = |tip: f64| {
         let half = 10.0 * (10.0_f64 / 180.0 * PI).tan();
         let w = half * tip / 10.0;
@@ -268,7 +269,8 @@ fn a_perfect_part_has_no_gap_anywhere() {
 
 #[test]
 fn a_part_within_its_tolerance_has_no_gap_and_one_beyond_it_has() {
-    // Smaller by a layer on all sides: the design is the part grown, so that the distance is the same everywhere.
+    // Smaller by a layer on all sides: the design is the part grown, so that the distance is the same
+    // everywhere.
     for layer in [0.02, 0.08] {
         let limit = 0.05;
         let ball = |r: f64| {
@@ -290,7 +292,8 @@ fn a_part_within_its_tolerance_has_no_gap_and_one_beyond_it_has() {
                     if layer < limit {
                         assert!(found.areas.is_empty(), "{:?}", found.areas);
                     } else {
-                        // Facets and edges of a block that is smaller by sqrt(3) layers at its corners stay between.
+                        // Facets and edges of a block that is smaller by sqrt(3) layers at its corners stay
+                        // between.
                         assert_eq!(found.areas.len(), 1, "{:?}", found.areas);
                         let depth = found.areas[0].depth;
                         assert!(depth >= layer * 0.99 && depth <= layer * 1.75, "{depth}");

@@ -29,7 +29,8 @@ use proveout_surface::{
 use proveout_tool::{Cutter, Profile};
 
 const CELL: f64 = 0.125;
-/// Radius of the finishing ball, mm, and its step: scallops of 3.3 micrometers on a plane, 4 on the convex parts.
+/// Radius of the finishing ball, mm, and its step: scallops of 3.3 micrometers on a plane, 4 on the convex
+/// parts.
 const BALL: f64 = 3.0;
 const STEP: f64 = 0.28;
 /// What counts as a fault, mm: a twelfth of a cell.
@@ -177,7 +178,8 @@ fn part(n: &mut Numbers, index: usize) -> Part {
             match (n.next() * 3.0) as u32 {
                 0 => sites.push((Kind::Gouge, site, depth)),
                 1 => {
-                    // Wide enough that the step of the passes follows it: two cells at least at half its height.
+                    // Wide enough that the step of the passes follows it: two cells at least at half its
+                    // height.
                     let radius = n.between(1.1, 1.4);
                     bumps.push((site, radius, depth));
                     sites.push((Kind::Excess, site, depth));

@@ -1,4 +1,5 @@
-//! Ridges that are found on a cut stock against closed forms: ball and bull-nose on plane, convex and concave cylinder.
+//! Ridges that are found on a cut stock against closed forms: ball and bull-nose on plane, convex and concave
+//! cylinder.
 //!
 //! The design lies askew in the stock, so that no ray runs along anything; passes run along the cylinder, to
 //! and fro, with the axis leaning along the feed. Cells are 0.15 mm, a fifth of the step and some hundred

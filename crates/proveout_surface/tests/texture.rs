@@ -42,7 +42,8 @@ fn rows_of_arcs_have_their_closed_forms() {
 
 #[test]
 fn a_profile_of_parabolas_has_its_parameters() {
-    // Five sections of 40 periods; the polygon of 800 points a period leaves out some 10 / 800^2 of each moment.
+    // Five sections of 40 periods; the polygon of 800 points a period leaves out some 10 / 800^2 of each
+    // moment.
     let (pitch, points) = (0.02, 800);
     let step = pitch / f64::from(points);
     let n = 200 * points;

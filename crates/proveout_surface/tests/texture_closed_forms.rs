@@ -144,7 +144,8 @@ fn sampled_profiles_have_six() {
 
 #[test]
 fn a_sampled_map_of_two_rows_has_their_moments() {
-    // Nodes at the middles of cells; the means miss the integrals by the square of the step, which two steps tell.
+    // Nodes at the middles of cells; the means miss the integrals by the square of the step, which two steps
+    // tell.
     let at = |n: usize| {
         let heights = (0..n * n)
             .map(|k| {

@@ -1,4 +1,5 @@
-//! Reports of texture: what is named, which rules leave a value unchecked, and which class is taken in the end.
+//! Reports of texture: what is named, which rules leave a value unchecked, and which class is taken in the
+//! end.
 
 use std::f64::consts::TAU;
 

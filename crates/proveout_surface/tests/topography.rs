@@ -30,7 +30,8 @@ impl Numbers {
     }
 }
 
-/// A bent path over the origin at z = 0 with a turning axis; the contact of the cutter runs near the z = 0 plane.
+/// A bent path over the origin at z = 0 with a turning axis; the contact of the cutter runs near the z = 0
+/// plane.
 fn path(n: &mut Numbers, radius: f64, corner: f64, sense: f64) -> Vec<CutterPiece> {
     let (lean, roll) = (n.between(0.1, 0.5), n.between(-0.3, 0.3));
     let (lean_rate, roll_rate) = (n.between(-0.05, 0.05), n.between(-0.05, 0.05));

@@ -55,7 +55,8 @@ pub struct Tool {
     pub flutes: Option<u32>,
     /// Whether the cutting edges reach the center, so that it may plunge, where known.
     pub center_cutting: Option<bool>,
-    /// Radius of the region round the axis that no edge sweeps, of a tool without edges at its center, mm, where known.
+    /// Radius of the region round the axis that no edge sweeps, of a tool without edges at its center, mm,
+    /// where known.
     pub dead_center: Option<f64>,
     /// Steepest way into material of a tool without edges at its center, radian against the plane across its
     /// axis, where known.

@@ -151,8 +151,8 @@ impl Cutter {
         Ok(Self::continuing(ToolOutline::start(0.0).arc([0.0, tip], tangent).line(top)))
     }
 
-    /// Barrel: a ball of `tip_radius`, then a tangent arc of `side_radius` that is widest (`diameter`) at its equator
-    /// and goes on to `flute_length`.
+    /// Barrel: a ball of `tip_radius`, then a tangent arc of `side_radius` that is widest (`diameter`) at its
+    /// equator and goes on to `flute_length`.
     ///
     /// The arcs touch from inside, so the distance of their centers (0, r) and (D/2 - R, z) is R - r.
     ///
@@ -243,7 +243,8 @@ impl Cutter {
             return refuse("corner_radius_mm", corner_radius, limit);
         }
         let back = side - widest;
-        // The corner touches the rim from inside: its center is R - r from the center of the rim, and r above the face.
+        // The corner touches the rim from inside: its center is R - r from the center of the rim, and r above
+        // the face.
         let center_r = ((side - corner_radius).powi(2) - (half - corner_radius).powi(2)).max(0.0).sqrt() - back;
         if center_r <= JOIN_MM {
             return refuse("flute_length_mm", height, "is above the height at which the rim reaches the axis");
@@ -259,8 +260,8 @@ impl Cutter {
         Ok(Self { outline, continues: false })
     }
 
-    /// Lens: a flat arc of `lens_radius` over the tip, a tangent corner of `corner_radius` (zero: sharp), then a
-    /// cylinder of `diameter`.
+    /// Lens: a flat arc of `lens_radius` over the tip, a tangent corner of `corner_radius` (zero: sharp),
+    /// then a cylinder of `diameter`.
     ///
     /// # Errors
     /// A dimension outside of its range.
@@ -293,8 +294,8 @@ impl Cutter {
         Self::chamfer(diameter, point_angle_deg, 0.0)
     }
 
-    /// Chamfer cutter: a flat tip of `tip_diameter` (zero: a point), a cone of `point_angle_deg` (full angle) to
-    /// `diameter`, then a cylinder.
+    /// Chamfer cutter: a flat tip of `tip_diameter` (zero: a point), a cone of `point_angle_deg` (full angle)
+    /// to `diameter`, then a cylinder.
     ///
     /// # Errors
     /// A dimension outside of its range.
@@ -315,8 +316,9 @@ impl Cutter {
         Ok(Self::continuing(outline))
     }
 
-    /// Face mill with inserts: `diameter` where the face and the side of the inserts meet, corner radius (zero: sharp),
-    /// side at `entering_angle_deg` to the face (90: a shoulder mill), up to the depth of the inserts.
+    /// Face mill with inserts: `diameter` where the face and the side of the inserts meet, corner radius
+    /// (zero: sharp), side at `entering_angle_deg` to the face (90: a shoulder mill), up to the depth of the
+    /// inserts.
     ///
     /// # Errors
     /// A dimension outside of its range.
@@ -342,8 +344,8 @@ impl Cutter {
         })
     }
 
-    /// The general APT cutter. Where the lines are not tangent to the corner circle, the corner is the part of the
-    /// circle between its intersections with the lines.
+    /// The general APT cutter. Where the lines are not tangent to the corner circle, the corner is the part
+    /// of the circle between its intersections with the lines.
     ///
     /// # Errors
     /// A parameter outside of its range, a circle that does not reach a line, or a curve that is not convex.
@@ -463,8 +465,9 @@ fn half_angle(degrees: f64) -> Result<f64, ShapeError> {
     refuse("half_angle_deg", degrees, "must be above 0 and below 90")
 }
 
-/// Intersection of the line through `p` along the unit vector `d` with a circle: the one further along `d` (`side` = 1)
-/// or the other (`side` = -1); none when the line passes outside. A line that touches within rounding is tangent.
+/// Intersection of the line through `p` along the unit vector `d` with a circle: the one further along `d`
+/// (`side` = 1) or the other (`side` = -1); none when the line passes outside. A line that touches within
+/// rounding is tangent.
 fn line_circle(p: [f64; 2], d: [f64; 2], center: [f64; 2], radius: f64, side: f64) -> Option<[f64; 2]> {
     let to_center = [center[0] - p[0], center[1] - p[1]];
     let along = to_center[0] * d[0] + to_center[1] * d[1];

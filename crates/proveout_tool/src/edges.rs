@@ -35,7 +35,8 @@ pub enum RakeAbout {
     /// The axis of the tool: every point of the edge goes ahead by the rake.
     #[default]
     Axis,
-    /// The line through the lowest point of the edge, parallel to the axis: outer points lead, inner ones lag.
+    /// The line through the lowest point of the edge, parallel to the axis: outer points lead, inner ones
+    /// lag.
     Nose,
 }
 

@@ -1,4 +1,5 @@
-//! From an entry of a library file to a tool: which dimensions each kind of cutter has, and the schema that says so.
+//! From an entry of a library file to a tool: which dimensions each kind of cutter has, and the schema that
+//! says so.
 
 use serde_json::{Value, json};
 

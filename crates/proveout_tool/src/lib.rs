@@ -1,9 +1,9 @@
-//! Cutting tools: what cuts (cutter and flutes), what must not touch (neck, shank, holder), and the library files that
-//! describe them.
+//! Cutting tools: what cuts (cutter and flutes), what must not touch (neck, shank, holder), and the library
+//! files that describe them.
 //!
-//! Every part of a tool assembly is a convex body of revolution about the tool axis. Its generating curve is a
-//! [`Profile`] of lines and circular arcs in the half plane (r, z), mm: z = 0 at the programmed tip, +z towards the
-//! holder. Frame T: origin at the tip, +z along the axis away from the tip.
+//! Every part of a tool assembly is a convex body of revolution about the tool axis. Its generating curve is
+//! a [`Profile`] of lines and circular arcs in the half plane (r, z), mm: z = 0 at the programmed tip, +z
+//! towards the holder. Frame T: origin at the tip, +z along the axis away from the tip.
 //!
 //! * [`Profile`] – exact generating curve; distance, normal, curvature, radius at a height, volume.
 //! * [`Body`] – profile and [`Role`].
@@ -11,10 +11,11 @@
 //! * [`Cutter`] – cutting ends by catalogue dimensions; [`ToolBuilder`] puts neck, shank and holder on them.
 //! * [`ToolLibrary`] – reads library files (TOML); [`library_schema`] publishes their JSON Schema.
 //!
-//! * [`import_tools`] – libraries of other programs as [`ToolDraft`]s, which [`library_text`] writes as a library file.
+//! * [`import_tools`] – libraries of other programs as [`ToolDraft`]s, which [`library_text`] writes as a
+//!   library file.
 //!
-//! A part that is not convex is divided by planes across the axis where its curve turns outward again. The bodies of a
-//! tool follow one another from the tip to the gauge line without gap.
+//! A part that is not convex is divided by planes across the axis where its curve turns outward again. The
+//! bodies of a tool follow one another from the tip to the gauge line without gap.
 //!
 //! * [`Thread`] – what a tap cuts outside of its core hole.
 //! * [`CuttingEdges`] – the teeth where they are described: helix, run-out, round inserts, rake.

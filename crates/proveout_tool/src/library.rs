@@ -161,7 +161,8 @@ impl ToolLibrary {
     }
 }
 
-/// The path of a key of tool `index`, in the table of the tool that has it; in the tool itself where none does.
+/// The path of a key of tool `index`, in the table of the tool that has it; in the tool itself where none
+/// does.
 fn place_of<'a>(document: &Document<'_>, index: usize, key: &'a str) -> Vec<Step<'a>> {
     let path = |below: &[Step<'a>]| [&[Key("tool"), Item(index)], below, &[Key(key)]].concat();
     let own = path(&[]);

@@ -149,9 +149,9 @@ pub(crate) struct ToolEntry {
     pub(crate) overall_length_mm: Option<f64>,
     /// From the programmed tip to the gauge line of the spindle.
     pub(crate) gauge_length_mm: f64,
-    /// Source of `gauge_length_mm` where `chosen` names it: `measured` removes it from `chosen`, `prescribed` means
-    /// that the tool is clamped to this length. When left out, a chosen length leaves collision and near miss of the
-    /// holder unchecked.
+    /// Source of `gauge_length_mm` where `chosen` names it: `measured` removes it from `chosen`, `prescribed`
+    /// means that the tool is clamped to this length. When left out, a chosen length leaves collision and
+    /// near miss of the holder unchecked.
     pub(crate) gauge_length_source: Option<GaugeLengthSource>,
     /// Number of flutes or inserts.
     pub(crate) flutes: Option<u32>,
@@ -192,8 +192,8 @@ pub(crate) struct SegmentEntry {
     pub(crate) center_mm: Option<[f64; 2]>,
 }
 
-/// Edges of the teeth, which are equally spaced: tooth k at azimuth 360 k / `flutes`, right-handed about the axis from
-/// tip to holder. Arcs of the cutter's outline are the edges unless inserts are given.
+/// Edges of the teeth, which are equally spaced: tooth k at azimuth 360 k / `flutes`, right-handed about the
+/// axis from tip to holder. Arcs of the cutter's outline are the edges unless inserts are given.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EdgesEntry {

@@ -3,8 +3,8 @@
 use crate::profile::{CONVEX_RAD, JOIN_MM, distance};
 use crate::{Profile, ProfileError, Segment};
 
-/// Generating curve of a part of a tool: from a point of the axis outward and upward, z never falling, left open at
-/// the top. Need not be convex.
+/// Generating curve of a part of a tool: from a point of the axis outward and upward, z never falling, left
+/// open at the top. Need not be convex.
 ///
 /// ```text
 ///  z ^        to
@@ -69,7 +69,8 @@ impl ToolOutline {
         })
     }
 
-    /// Cuts the curve by the plane at height `z` (mm). The upper part begins on the axis at `z`; parts may be empty.
+    /// Cuts the curve by the plane at height `z` (mm). The upper part begins on the axis at `z`; parts may be
+    /// empty.
     pub(crate) fn split_at(&self, z: f64) -> (Self, Self) {
         let first = self.segments.first().map_or(self.end, Segment::from);
         let mut below = Self::start(first[1]);

@@ -1,6 +1,7 @@
 use thiserror::Error;
 
-/// Two profile points closer than this (mm) are one: far below any tolerance of the trade, far above rounding.
+/// Two profile points closer than this (mm) are one: far below any tolerance of the trade, far above
+/// rounding.
 pub(crate) const JOIN_MM: f64 = 1e-9;
 /// Allowed turn to the wrong side at a joint of two segments (radian) before the profile counts as concave.
 pub(crate) const CONVEX_RAD: f64 = 1e-7;
@@ -89,8 +90,8 @@ pub struct SkinPoint {
     pub point: [f64; 2],
     /// Outward unit normal of its segment, `[r, z]`; at a corner that of the first of the two segments.
     pub normal: [f64; 2],
-    /// Curvature of the segment in the half plane, 1/mm: 0 on a line. Round the axis the curvature of the body is
-    /// `normal[0] / point[0]`.
+    /// Curvature of the segment in the half plane, 1/mm: 0 on a line. Round the axis the curvature of the
+    /// body is `normal[0] / point[0]`.
     pub curvature: f64,
     /// Index of the segment.
     pub segment: usize,
@@ -143,8 +144,8 @@ pub enum ProfileError {
     },
 }
 
-/// Generating curve of a convex body of revolution, from the lowest axis point outward and up to the highest axis
-/// point (counter-clockwise in the half plane r >= 0).
+/// Generating curve of a convex body of revolution, from the lowest axis point outward and up to the highest
+/// axis point (counter-clockwise in the half plane r >= 0).
 ///
 /// ```
 /// use proveout_tool::{Profile, Segment};
@@ -379,7 +380,8 @@ impl Profile {
         Self::new(segments)
     }
 
-    /// Points `[r, z]` of the curve with chords nearer than `tolerance` (mm), from axis to axis; for pictures.
+    /// Points `[r, z]` of the curve with chords nearer than `tolerance` (mm), from axis to axis; for
+    /// pictures.
     pub fn polyline(&self, tolerance: f64) -> Vec<[f64; 2]> {
         let mut points = vec![self.segments[0].from()];
         for s in &self.segments {

@@ -198,7 +198,8 @@ fn generated(context: &CiContext) -> Result<String, TaskError> {
     Ok("cone frustum programs, machine models".into())
 }
 
-/// Tests, with their output in view and their closing lines counted; those in texts of the documentation come last.
+/// Tests, with their output in view and their closing lines counted; those in texts of the documentation come
+/// last.
 fn tests(context: &CiContext) -> Result<String, TaskError> {
     let (mut total, mut left_out) = (TestTotal::default(), BTreeSet::new());
     let mut line = |line: &str| {

@@ -39,7 +39,8 @@ const MADE: &str = "Made by proveout: `";
 /// Hexadecimal digits of a digest that are shown.
 const SHOWN: usize = 12;
 
-/// Writes sections of the page from folders of comparisons and keeps the others; with `--check` first, only compares.
+/// Writes sections of the page from folders of comparisons and keeps the others; with `--check` first, only
+/// compares.
 pub(crate) fn run(root: &Path, words: &[&str]) -> Result<(), TaskError> {
     let (check, folders) = match words {
         ["--check", folders @ ..] => (true, folders),

@@ -1,7 +1,7 @@
 //! Developer programs: CI steps, dependency check, asset generators.
 //!
-//! `cargo xtask` without words lists the commands. Nothing here is part of the product, and nothing here pulls in the
-//! heavy crates: `cargo xtask` must build in seconds.
+//! `cargo xtask` without words lists the commands. Nothing here is part of the product, and nothing here
+//! pulls in the heavy crates: `cargo xtask` must build in seconds.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command line prints")]
 
 mod checks;

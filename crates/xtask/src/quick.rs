@@ -1,4 +1,5 @@
-//! `cargo xtask quick`: format, lints and tests of the crates that a change touches, for the minutes between two edits.
+//! `cargo xtask quick`: format, lints and tests of the crates that a change touches, for the minutes between
+//! two edits.
 
 use std::{collections::BTreeSet, path::Path, process::Command, time::Instant};
 

@@ -1,4 +1,5 @@
-//! JSON Schemas of the files that people and scripts read and write, made from the types that read and write them.
+//! JSON Schemas of the files that people and scripts read and write, made from the types that read and write
+//! them.
 
 use std::path::Path;
 
@@ -26,7 +27,8 @@ pub(crate) fn run(root: &Path, check: bool) -> Result<(), TaskError> {
     Ok(())
 }
 
-/// A schema whose descriptions have one line a paragraph: lines of comments are broken for readers of the code.
+/// A schema whose descriptions have one line a paragraph: lines of comments are broken for readers of the
+/// code.
 fn joined_paragraphs(schema: &str) -> Result<String, TaskError> {
     fn join(value: &mut serde_json::Value) {
         match value {

@@ -23,8 +23,8 @@ pub(crate) const TYPOS: CargoTool = CargoTool { package: "typos-cli", program: "
 /// Licenses, duplicate crates, sources, advisories.
 pub(crate) const DENY: CargoTool = CargoTool { package: "cargo-deny", program: "cargo-deny", version: "0.20.2" };
 
-/// The program: from the path where its version is the pinned one, else from `target/ci-tools`, where it is installed
-/// when it is missing.
+/// The program: from the path where its version is the pinned one, else from `target/ci-tools`, where it is
+/// installed when it is missing.
 pub(crate) fn find(tool: &CargoTool, target: &Path) -> Result<PathBuf, TaskError> {
     let on_path = PathBuf::from(tool.program);
     if has_version(&on_path, tool) {

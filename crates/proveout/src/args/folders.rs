@@ -52,7 +52,8 @@ pub(crate) struct MeasureArgs {
     /// Measure the distance from a point to the surface, mm; may be repeated
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     pub(crate) distance: Vec<String>,
-    /// Measure the thickness of the first wall that a ray from a point along a direction hits; may be repeated
+    /// Measure the thickness of the first wall that a ray from a point along a direction hits; may be
+    /// repeated
     #[arg(long, value_name = "X,Y,Z,DX,DY,DZ", allow_hyphen_values = true)]
     pub(crate) wall: Vec<String>,
     /// Measure this design as well: a closed mesh in the workpiece frame, mm (STL, OBJ, glTF)

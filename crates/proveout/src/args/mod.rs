@@ -27,11 +27,13 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Create a scene from NC programs: values read from their text, proposed values with the reason, and your answers
+    /// Create a scene from NC programs: values read from their text, proposed values with the reason, and
+    /// your answers
     New(NewArgs),
     /// Convert a tool library (Fusion 360, LinuxCNC, CAMotics, CSV, G10 offsets) to a Proveout library
     Tools(ToolsArgs),
-    /// Create a draft machine from a LinuxCNC INI file or a URDF file; values missing there are marked as chosen
+    /// Create a draft machine from a LinuxCNC INI file or a URDF file; values missing there are marked as
+    /// chosen
     Machine(MachineArgs),
     /// Simulate a program of a scene on the twin and write the run folder
     Run(RunArgs),
@@ -42,11 +44,13 @@ pub(crate) enum Command {
         #[command(subcommand)]
         command: SweepCommand,
     },
-    /// Run all programs of a scene on the same twin and compare cycle times (with error), joints and cut parts
+    /// Run all programs of a scene on the same twin and compare cycle times (with error), joints and cut
+    /// parts
     Compare(CompareArgs),
     /// Check scenes, machines, tool libraries, control files and NC programs without running them
     Check(CheckArgs),
-    /// Rename old keys in scenes, machines, tool libraries, control files, jobs and sweeps; comments and order stay
+    /// Rename old keys in scenes, machines, tool libraries, control files, jobs and sweeps; comments and
+    /// order stay
     Migrate(MigrateArgs),
     /// Print the canonical commands of a program, one JSON object per line, or write it in another dialect
     Nc(NcArgs),
@@ -58,7 +62,8 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Rewrite a program with new tool axes; contact points, feeds and structure are kept
     Reschedule(RescheduleArgs),
-    /// Measure the stock after a run (section, distance, wall thickness) or a measured surface texture (roughness)
+    /// Measure the stock after a run (section, distance, wall thickness) or a measured surface texture
+    /// (roughness)
     Measure(MeasureArgs),
     /// Compare two run folders: findings gone, new and changed; numbers that differ
     Diff(DiffArgs),

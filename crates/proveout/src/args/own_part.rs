@@ -34,14 +34,15 @@ pub(crate) struct NewArgs {
     /// Control: a built-in name or a control file (default: that of the machine, else detected from the text)
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) control: Option<String>,
-    /// Stock, mm (append inch for inches): block X0,Y0,Z0,X1,Y1,Z1; cylinder X,Y,Z0,DIAMETER,HEIGHT; lying bar
-    /// X0,Y,Z,DIAMETER,LENGTH along X; a mesh file; or `proposed`
+    /// Stock, mm (append inch for inches): block X0,Y0,Z0,X1,Y1,Z1; cylinder X,Y,Z0,DIAMETER,HEIGHT; lying
+    /// bar X0,Y,Z,DIAMETER,LENGTH along X; a mesh file; or `proposed`
     #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
     pub(crate) stock: Option<String>,
     /// Design of the part: a closed mesh in program coordinates (STL, OBJ, glTF)
     #[arg(long, value_name = "FILE")]
     pub(crate) design: Option<PathBuf>,
-    /// Tool library: Proveout .toml, Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, or a program with G10 offsets
+    /// Tool library: Proveout .toml, Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, or a program with G10
+    /// offsets
     #[arg(long, value_name = "FILE")]
     pub(crate) tools: Option<PathBuf>,
     /// Unit of the tool library, where the file does not state it
@@ -53,7 +54,8 @@ pub(crate) struct NewArgs {
     /// Folder to create, must not exist (default: name of the first program, in the current folder)
     #[arg(long, value_name = "DIR")]
     pub(crate) output: Option<PathBuf>,
-    /// Print JSON to standard output, without prompting: the scene, the open questions (exit code 2), or the machines
+    /// Print JSON to standard output, without prompting: the scene, the open questions (exit code 2), or the
+    /// machines
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -71,8 +73,8 @@ pub(crate) struct ToolsArgs {
     /// Convert only the tool with this number; may be repeated
     #[arg(long, value_name = "N")]
     pub(crate) number: Vec<u32>,
-    /// Holder for tools without one in the file: diameter x length to the gauge line, mm (append inch for inches).
-    /// Default: none; checks against the holder are then unchecked
+    /// Holder for tools without one in the file: diameter x length to the gauge line, mm (append inch for
+    /// inches). Default: none; checks against the holder are then unchecked
     #[arg(long, value_name = "DxL")]
     pub(crate) holder: Option<String>,
     /// Overwrite an existing file
@@ -104,7 +106,8 @@ pub(crate) struct MachineArgs {
     /// URDF: axes whose positive direction on the control is opposite to the joint of the file, such as X,C
     #[arg(long, value_name = "LETTERS")]
     pub(crate) reverse: Option<String>,
-    /// URDF: axis of the tool link that points from the tool into the spindle: x, -x, y, -y, z, -z (default: z)
+    /// URDF: axis of the tool link that points from the tool into the spindle: x, -x, y, -y, z, -z (default:
+    /// z)
     #[arg(long, value_name = "AXIS", allow_hyphen_values = true)]
     pub(crate) tool_direction: Option<String>,
     /// URDF: axis of the table link that points out of the clamping surface: x, -x, y, -y, z, -z (default: z)

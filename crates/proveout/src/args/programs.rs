@@ -29,17 +29,19 @@ pub(crate) struct ReaderArgs {
     /// Axis positions before the first block, mm and degrees, in the work offset active there
     #[arg(long, value_name = "X..,Y..", allow_hyphen_values = true)]
     pub(crate) start: Option<String>,
-    /// Feed of motions before the first F, mm/min (default: that of the control; without one such a motion is an error)
+    /// Feed of motions before the first F, mm/min (default: that of the control; without one such a motion is
+    /// an error)
     #[arg(long, value_name = "MM_MIN", allow_negative_numbers = true)]
     pub(crate) feed: Option<f64>,
     /// Search this folder for subprograms, after the folder of the program; may be repeated
     #[arg(long, value_name = "DIR")]
     pub(crate) subprograms: Vec<PathBuf>,
-    /// Skip calls of missing subprograms, for this reason; the verdict is then unchecked (default: as the control file
-    /// states; otherwise such a call is an error)
+    /// Skip calls of missing subprograms, for this reason; the verdict is then unchecked (default: as the
+    /// control file states; otherwise such a call is an error)
     #[arg(long, value_name = "REASON")]
     pub(crate) without_subprograms: Option<String>,
-    /// Largest difference between the radii at start and end of an arc, mm (default: that of the control, else 0.01)
+    /// Largest difference between the radii at start and end of an arc, mm (default: that of the control,
+    /// else 0.01)
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     pub(crate) arc_tolerance: Option<f64>,
 }
@@ -67,14 +69,16 @@ pub(crate) struct NcArgs {
     pub(crate) program: PathBuf,
     #[command(flatten)]
     pub(crate) reader: ReaderArgs,
-    /// List the words that the control does not know, with count and first occurrence, as a table for a control file
+    /// List the words that the control does not know, with count and first occurrence, as a table for a
+    /// control file
     #[arg(long, conflicts_with_all = ["tools", "post"])]
     pub(crate) unknown: bool,
-    /// Tool library: look up every tool call in it, and convert compensated contours (G41, RL) to the tool center path
+    /// Tool library: look up every tool call in it, and convert compensated contours (G41, RL) to the tool
+    /// center path
     #[arg(long, value_name = "FILE")]
     pub(crate) tools: Option<PathBuf>,
-    /// Machine (folder or machine.toml): G28 and G30 move to its reference points; kinematics that it does not list are
-    /// an error
+    /// Machine (folder or machine.toml): G28 and G30 move to its reference points; kinematics that it does
+    /// not list are an error
     #[arg(long, value_name = "FOLDER")]
     pub(crate) machine: Option<PathBuf>,
     /// Write the program in this dialect: siemens-840d, fanuc, haas, linuxcnc, iso, heidenhain, apt
@@ -174,7 +178,8 @@ pub(crate) struct PlanArgs {
     /// Program of the scene to generate from this table, with its `planned_axis` if it has one
     #[arg(long, value_name = "NAME", conflicts_with = "study")]
     pub(crate) program: Option<String>,
-    /// Program file; the extension selects the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
+    /// Program file; the extension selects the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc
+    /// ISO)
     #[arg(long, value_name = "FILE", required_unless_present = "study")]
     pub(crate) output: Option<PathBuf>,
     /// Write the demands of the path on the machine as JSON, point by point
@@ -227,11 +232,12 @@ pub(crate) struct RescheduleArgs {
     /// Set an option of the method, overriding the scene; may be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Program file; the extension selects the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc ISO)
+    /// Program file; the extension selects the language (.mpf 840D, .apt CL data, .h Heidenhain, .ngc and .nc
+    /// ISO)
     #[arg(long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Write the lower bound on the time of any schedule, with its proof, as JSON; `cargo xtask verify-schedule` checks
-    /// it
+    /// Write the lower bound on the time of any schedule, with its proof, as JSON;
+    /// `cargo xtask verify-schedule` checks it
     #[arg(long, value_name = "FILE")]
     pub(crate) certificate: Option<PathBuf>,
     /// Overwrite an existing file

@@ -8,7 +8,8 @@ use clap::{
 };
 use proveout_sim::{SetValue, partial::StopAt, verdict::Gate};
 
-/// Where the recording of a run goes where the call does not say so: into its folder, if this build can write one.
+/// Where the recording of a run goes where the call does not say so: into its folder, if this build can write
+/// one.
 const RECORDING: &str = if cfg!(feature = "rerun") { "file" } else { "off" };
 
 #[derive(Debug, Args)]
@@ -21,20 +22,20 @@ pub(crate) struct RunArgs {
     /// Run this NC program on the scene instead
     #[arg(long, value_name = "FILE")]
     pub(crate) nc: Option<PathBuf>,
-    /// Run folder (default: out/SCENE-PROGRAM, with suffix -preview or -stopped for such a run). An older run there is
-    /// replaced once the new one is complete; other files are kept
+    /// Run folder (default: out/SCENE-PROGRAM, with suffix -preview or -stopped for such a run). An older run
+    /// there is replaced once the new one is complete; other files are kept
     #[arg(long, value_name = "DIR", alias = "out")]
     pub(crate) output: Option<PathBuf>,
-    /// Resume an interrupted run (Ctrl-C, a kill, a full disk); the result is identical to an uninterrupted one. Motion
-    /// is planned and judged again, finished cuts are read from the journal
+    /// Resume an interrupted run (Ctrl-C, a kill, a full disk); the result is identical to an uninterrupted
+    /// one. Motion is planned and judged again, finished cuts are read from the journal
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Run a quick preview with cells four times as large, without patches and texture. Its findings are real, but
-    /// their absence proves nothing: gates that depend on the stock stay unchecked
+    /// Run a quick preview with cells four times as large, without patches and texture. Its findings are
+    /// real, but their absence proves nothing: gates that depend on the stock stay unchecked
     #[arg(long, conflicts_with_all = ["resolution_mm", "find_stickout", "orientation_maps", "accept_unchecked"])]
     pub(crate) preview: bool,
-    /// Stop at the first finding with CODE (`any`: one that fails a gate), after program line LINE (`120`), or at a
-    /// simulated time (`12.5s`). Gates that have not failed by then are unchecked
+    /// Stop at the first finding with CODE (`any`: one that fails a gate), after program line LINE (`120`),
+    /// or at a simulated time (`12.5s`). Gates that have not failed by then are unchecked
     #[arg(long, value_name = "any|CODE|LINE|TIMEs", allow_hyphen_values = true, conflicts_with_all = ["find_stickout", "orientation_maps", "accept_unchecked"])]
     pub(crate) stop_at: Option<StopAt>,
     /// Cell size of the stock (distance between its rays), mm (default: that of the scene)
@@ -43,8 +44,9 @@ pub(crate) struct RunArgs {
     /// Worker threads (default: all processors); the verdict does not depend on their number
     #[arg(long, value_name = "N")]
     pub(crate) threads: Option<usize>,
-    /// Override a value of the scene, or with prefix `machine.` or `tools.` of those files, by its dotted key:
-    /// `control.path_tolerance_mm=0.005`, `machine.A.max_velocity_deg_s=50`. The verdict lists it. May be repeated
+    /// Override a value of the scene, or with prefix `machine.` or `tools.` of those files, by its dotted
+    /// key: `control.path_tolerance_mm=0.005`, `machine.A.max_velocity_deg_s=50`. The verdict lists it. May
+    /// be repeated
     #[arg(long, value_name = "KEY=VALUE")]
     pub(crate) set: Vec<SetValue>,
     /// Motion model that cuts the stock (default: that of the scene)
@@ -53,11 +55,12 @@ pub(crate) struct RunArgs {
     /// With --dynamics servo: mechanical model driven by the drive forces (default: that of the scene)
     #[arg(long, value_enum)]
     pub(crate) plant: Option<PlantArg>,
-    /// Find the smallest overhang of each tool from its holder that is collision-free, by extra runs before this one
+    /// Find the smallest overhang of each tool from its holder that is collision-free, by extra runs before
+    /// this one
     #[arg(long)]
     pub(crate) find_stickout: bool,
-    /// Compute collision-free orientation maps at this many contact points (ball-end tools), for the report and as a
-    /// file
+    /// Compute collision-free orientation maps at this many contact points (ball-end tools), for the report
+    /// and as a file
     #[arg(long, value_name = "PLACES", value_parser = clap::value_parser!(u16).range(1..=2000))]
     pub(crate) orientation_maps: Option<u16>,
     /// Destination of the Rerun recording
@@ -75,8 +78,8 @@ pub(crate) struct RunArgs {
 pub(crate) struct JobArgs {
     /// Folder of the job, or its job.toml
     pub(crate) job: PathBuf,
-    /// Output folder (default: out/JOB-job). An older job there is replaced once the new one is complete; other files
-    /// are kept
+    /// Output folder (default: out/JOB-job). An older job there is replaced once the new one is complete;
+    /// other files are kept
     #[arg(long, value_name = "DIR", alias = "out")]
     pub(crate) output: Option<PathBuf>,
     /// Worker threads (default: all processors); no verdict depends on their number
@@ -90,11 +93,14 @@ pub(crate) struct JobArgs {
 /// Steps of a sweep.
 #[derive(Debug, Subcommand)]
 pub(crate) enum SweepCommand {
-    /// Write one folder per job, with its values and the SHA-256 of its inputs; jobs planned before keep their results
+    /// Write one folder per job, with its values and the SHA-256 of its inputs; jobs planned before keep
+    /// their results
     Plan(SweepPlanArgs),
-    /// Run the jobs that have no result yet, one after another; may run several times in parallel, on several computers
+    /// Run the jobs that have no result yet, one after another; may run several times in parallel, on several
+    /// computers
     Run(SweepRunArgs),
-    /// Merge all results into one table and one page; stop if a result is missing, damaged or from another plan
+    /// Merge all results into one table and one page; stop if a result is missing, damaged or from another
+    /// plan
     Merge(SweepMergeArgs),
 }
 
@@ -173,8 +179,8 @@ pub(crate) struct CompareArgs {
     /// Program to compare the others with (default: that of the scene, else the first one)
     #[arg(long, value_name = "NAME")]
     pub(crate) baseline: Option<String>,
-    /// Output folder (default: out/SCENE-compare). An older comparison there is replaced once the new one is complete;
-    /// other files are kept
+    /// Output folder (default: out/SCENE-compare). An older comparison there is replaced once the new one is
+    /// complete; other files are kept
     #[arg(long, value_name = "DIR", alias = "out")]
     pub(crate) output: Option<PathBuf>,
     /// Cell size of the stock (distance between its rays), mm (default: that of the scene)
@@ -189,7 +195,8 @@ pub(crate) struct CompareArgs {
     /// Destination of the Rerun recording of each program
     #[arg(long, value_enum, default_value = "off")]
     pub(crate) rerun: RerunArg,
-    /// Exit with code 0 even if this gate is unchecked for a program; the verdict is not changed. May be repeated
+    /// Exit with code 0 even if this gate is unchecked for a program; the verdict is not changed. May be
+    /// repeated
     #[arg(long, value_name = "GATE", value_parser = gate_parser())]
     pub(crate) accept_unchecked: Vec<Gate>,
 }

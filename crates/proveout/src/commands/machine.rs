@@ -47,7 +47,8 @@ fn import(args: &MachineArgs) -> Result<ImportedMachine, Failure> {
     }
 }
 
-/// Writes the folder of a machine from the configuration of a control or a description of its links, as a start.
+/// Writes the folder of a machine from the configuration of a control or a description of its links, as a
+/// start.
 pub(crate) fn machine(args: &MachineArgs) -> Result<(), Failure> {
     let told = |e| Failure::from(&SimError::from(e));
     let output = &args.output;

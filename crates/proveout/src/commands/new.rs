@@ -145,7 +145,8 @@ pub(super) fn told(e: FirstPartError) -> Failure {
     }
 }
 
-/// Folders that may hold the machine library: the current one and those above it, then those above the program.
+/// Folders that may hold the machine library: the current one and those above it, then those above the
+/// program.
 fn libraries() -> Vec<PathBuf> {
     let mut all = Vec::new();
     let from = [std::env::current_dir().ok(), std::env::current_exe().ok()];

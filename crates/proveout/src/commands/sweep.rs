@@ -89,7 +89,8 @@ fn chosen(args: &SweepRunArgs, plan: &Plan) -> Result<Vec<usize>, Failure> {
     })
 }
 
-/// Runs jobs that have no result yet; an error names those that could not be run, the others have their results.
+/// Runs jobs that have no result yet; an error names those that could not be run, the others have their
+/// results.
 fn run(args: &SweepRunArgs) -> Result<(), Failure> {
     let begin = Instant::now();
     let (threads, pool) = pool(None, args.threads)?;

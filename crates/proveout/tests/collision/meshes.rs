@@ -76,7 +76,8 @@ fn bodies_without_a_size_are_refused_by_name() {
     assert!(code == 2 && said.contains("machine.toml:") && said.contains("is empty"), "{said}");
 }
 
-/// No finding could tell which of two fixtures it means, and of a cylinder without an inside nothing can be told.
+/// No finding could tell which of two fixtures it means, and of a cylinder without an inside nothing can be
+/// told.
 #[test]
 fn fixtures_that_a_finding_could_not_tell_apart_are_refused_with_their_place() {
     let one = |name: &str, form: &str| format!("[[fixture]]\nname = \"{name}\"\n{form}\n");

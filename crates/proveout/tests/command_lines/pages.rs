@@ -130,7 +130,8 @@ pub(crate) fn commands(page: &str, text: &str) -> Vec<Shown> {
     out
 }
 
-/// Commands of scenes that take minutes: lines that begin with the program in a block whose language is `text`.
+/// Commands of scenes that take minutes: lines that begin with the program in a block whose language is
+/// `text`.
 pub(crate) fn long_commands(page: &str, text: &str) -> Vec<Shown> {
     let mut inside = false;
     let mut out = Vec::new();

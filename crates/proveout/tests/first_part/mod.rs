@@ -253,7 +253,8 @@ fn cuts_that_miss_the_stock_or_plunge_into_it_are_reported_with_the_shift() {
         "{output}"
     );
     let desk = changed(|p| p, |s| s.replace("Z_mm = 65.24", "Z_mm = 55.24"));
-    // The face mill begins beside the stock; the end mill is what plunges, but the first tool is looked at alone.
+    // The face mill begins beside the stock; the end mill is what plunges, but the first tool is looked at
+    // alone.
     let output = causes(&desk);
     assert!(!output.contains("no motion in feed"), "{output}");
     let desk = changed(|p| p.replace("X-1.2 Y0.75", "X1. Y0.75"), |s| s.replace("Z_mm = 65.24", "Z_mm = 55.24"));

@@ -81,7 +81,8 @@ fn programs_that_went_too_far() {
     }
 }
 
-/// A program of `LinuxCNC` whose first loop has no end: its condition stands on a name that the body does not change.
+/// A program of `LinuxCNC` whose first loop has no end: its condition stands on a name that the body does not
+/// change.
 fn endless(step: &str, behind: &str) -> String {
     format!(
         "; sub, loops, names\no100 sub\n  #<depth>=[#1/2]\n  o101 while [#<depth> gt 0]\n    g1 z[-#<depth>] f200\n  o101 endwhile\n\

@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use crate::hostile::workshop::{PROGRAM, Workshop};
 
-/// Values of scene, machine and tools that no workshop has: file, what stands there, what comes instead, what is told.
+/// Values of scene, machine and tools that no workshop has: file, what stands there, what comes instead, what
+/// is told.
 const MAGNITUDES: [(&str, &str, &str, [&str; 2]); 12] = [
     ("scene.toml", "max_mm = [20, 20, 0]", "max_mm = [20, 1e18, 0]", ["1e18", "-100000 to 100000"]),
     ("scene.toml", "max_mm = [20, 20, 0]", "max_mm = [20, 1e6, 0]", ["`stock.box.max_mm[1]`", "-100000 to 100000"]),

@@ -1,4 +1,5 @@
-//! Memory does not grow with the length of a program: a seeded walk of short blocks at G64, long enough to show it.
+//! Memory does not grow with the length of a program: a seeded walk of short blocks at G64, long enough to
+//! show it.
 //!
 //! ```text
 //! PROVEOUT_MINUTES=600 cargo test -p proveout --test cli hostile:: -- long_program --nocapture

@@ -22,7 +22,8 @@ const MOST_S: u64 = 20;
 /// The same for a run with a stock of this size and more, MiB.
 const MOST_LARGE_S: u64 = 60;
 const LARGE_MIB: f64 = 100.0;
-/// Wall time after which a call counts as hung that waits for something: tests share the processors with others.
+/// Wall time after which a call counts as hung that waits for something: tests share the processors with
+/// others.
 const MOST: Duration = Duration::from_secs(240);
 /// Calls that are named as the slowest.
 const SLOWEST: usize = 5;

@@ -1,4 +1,5 @@
-//! A small scene of its own in a temporary folder, and the program started in it with limits of time and memory.
+//! A small scene of its own in a temporary folder, and the program started in it with limits of time and
+//! memory.
 
 use std::{
     fs,

@@ -328,7 +328,8 @@ fn the_view_turns_and_colors(b: &mut Browser) {
     assert!(scales[0][2].as_f64() > scales[0][3].as_f64(), "a gouge above its tolerance: {scales}");
 }
 
-/// A click on the part tells the line that cut it, a click on a line shows its path, a finding leads to its place.
+/// A click on the part tells the line that cut it, a click on a line shows its path, a finding leads to its
+/// place.
 fn program_and_part_belong_together(b: &mut Browser) {
     b.click("[data-view=top]");
     b.click_at("#part-view canvas", [-0.1, 0.05]);

@@ -104,7 +104,8 @@ impl NearestSearch<'_> {
         let mut lost = curved + 0.5 * f * step * step;
         if least > 0.0 {
             square += least * least;
-            // U = (e + f cos b)^2 + (h0 + h1 cos b + h2 sin b)^2 has this slope at the node and this second derivative.
+            // U = (e + f cos b)^2 + (h0 + h1 cos b + h2 sin b)^2 has this slope at the node and this second
+            // derivative.
             let e = x - f * c0;
             let [h0, h1, h2] = [a + b * f * c0 - sign * f * s0, -b * f, sign * f];
             let slope = 2.0 * f * ((a * b - x) * s0 + sign * a * c0);

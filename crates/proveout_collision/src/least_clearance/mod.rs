@@ -446,7 +446,8 @@ impl<'a> PairAsk<'a> {
         let found = gap_with((&self.a.shape, &self.b.shape), b_from_a, limits, &mut self.warm, &mut effort);
         self.effort += effort.spent;
         match found {
-            // Two points were not found: their distance is the limit or more, or was not looked for to the end.
+            // Two points were not found: their distance is the limit or more, or was not looked for to the
+            // end.
             Separation::Beyond(proved) => [proved.min(ENOUGH_MM), ENOUGH_MM],
             Separation::Between(two, ..) => two.map(|d| d.min(ENOUGH_MM)),
             Separation::At(d, ..) if d.is_finite() => [d; 2],

@@ -199,7 +199,8 @@ impl LeastSearch {
         }
     }
 
-    /// Smallest bound of what is open, mm, where it is not yet within `tolerance` of the least distance measured.
+    /// Smallest bound of what is open, mm, where it is not yet within `tolerance` of the least distance
+    /// measured.
     pub(crate) fn open_below(&self, tolerance: Tolerance) -> Option<f64> {
         let wanted = self.wanted(tolerance);
         self.open.peek().map(|o| o.least).filter(|least| *least < wanted && wanted > 0.0)

@@ -1,4 +1,5 @@
-//! One free angle: at which angles of a turn about a direction the tool is free, for all ball centers near one.
+//! One free angle: at which angles of a turn about a direction the tool is free, for all ball centers near
+//! one.
 //!
 //! A table turns the tool axis on a circle of equal inclination to its own, `V(a) = c (b_0 cos a + b_1 sin
 //! a) + s b_2`, while the center Q of a ball end is held. A ball of the solids' tree that is seen from Q
@@ -32,9 +33,11 @@ use super::space::OrientationSpace;
 const FINE: f64 = 0.008;
 /// Nor those that are smaller than this part of the distance that centers may be off.
 const OF_DRIFT: f64 = 0.5;
-/// Nor those seen under less than the axes that are meant are off: what they add too much is no more than that.
+/// Nor those seen under less than the axes that are meant are off: what they add too much is no more than
+/// that.
 const OF_SPREAD: f64 = 1.0;
-/// A piece under this angle at most that makes the union larger by less than the other is added as it is, radian.
+/// A piece under this angle at most that makes the union larger by less than the other is added as it is,
+/// radian.
 const SMALL: f64 = 0.06;
 const HARDLY: f64 = 0.004;
 /// Rounding, radian.

@@ -30,7 +30,8 @@ const PIECE_SHARE: f64 = 0.5;
 /// Number of spots compared with a packet before it is given up: where the side of a tool lies
 /// along a face, ever smaller pieces of it decide nothing.
 const MOST_LOOKS: u64 = 20_000;
-/// So many looks at a packet of finest cells only serve to block those of which a point of the skin forbids an axis.
+/// So many looks at a packet of finest cells only serve to block those of which a point of the skin forbids
+/// an axis.
 const DEEP_LOOKS: u32 = 100;
 /// Added to the angle of a cell, radian, for the rounding of a spot: by itself, and divided by that
 /// angle, near which a cosine is less precise.
@@ -55,7 +56,8 @@ struct CellVerdict {
     open: Cells,
 }
 
-/// A call of [`Caps::settle`] with the instructions of this processor: a closure would be compiled without them.
+/// A call of [`Caps::settle`] with the instructions of this processor: a closure would be compiled without
+/// them.
 struct SettleOnLanes<'b, 'a> {
     caps: &'b mut Caps<'a>,
     packet: &'b Packet,

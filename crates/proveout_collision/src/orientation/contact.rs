@@ -101,7 +101,8 @@ pub enum OrientationError {
         /// Curvature given, 1/mm.
         value: f64,
     },
-    /// Directions of the principal curvatures that are not unit vectors across each other and along the surface.
+    /// Directions of the principal curvatures that are not unit vectors across each other and along the
+    /// surface.
     #[error("the directions of the curvatures at {point:?} are not unit vectors along the surface, across each other")]
     Directions {
         /// The contact, mm.

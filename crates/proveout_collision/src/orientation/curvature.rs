@@ -46,7 +46,8 @@ pub(crate) fn least_difference(circle: f64, round: f64, form: [f64; 3], tilt_sin
     least([d * c * c + k * s * s + form[0], (d - k) * s * c + form[1], d * s * s + k * c * c + form[2]])
 }
 
-/// Whether the cutter is round enough over all of a cell: tilts from `low` to `high`, yaws `half` about `yaw`.
+/// Whether the cutter is round enough over all of a cell: tilts from `low` to `high`, yaws `half` about
+/// `yaw`.
 pub(crate) fn judge(
     circle: f64,
     round: f64,
@@ -106,8 +107,8 @@ mod tests {
         for (circle, round) in [(4.0, 1.0), (2.0, 3.0), (9.5, 0.5)] {
             for tilt in [0.1_f64, 0.4, 1.0, 1.5] {
                 for phi in [0.0_f64, 0.5, 1.1, std::f64::consts::FRAC_PI_2] {
-                    // A surface hollow by k in every direction leaves the least difference where the torus is flattest;
-                    // one direction is picked by a surface that is convex by far across it.
+                    // A surface hollow by k in every direction leaves the least difference where the torus is
+                    // flattest; one direction is picked by a surface that is convex by far across it.
                     let exact = section_curvature(circle, round, tilt, phi);
                     let k = tilt.sin() / (circle + round * tilt.sin());
                     let formula = phi.cos().powi(2) / round + phi.sin().powi(2) * k;

@@ -162,7 +162,8 @@ impl OrientationMap {
         sums.map(|s| s / all)
     }
 
-    /// What is known of an axis; none beyond the largest tilt of the map, and for a vector without a direction.
+    /// What is known of an axis; none beyond the largest tilt of the map, and for a vector without a
+    /// direction.
     pub fn state(&self, axis: &Vector) -> Option<AxisState> {
         let at = self.frame.angles(&unit(axis)?);
         let mut index = self.grid.root_of(at)?;

@@ -12,7 +12,8 @@ use super::extent::Extent;
 use super::obstacle_solids::ObstacleSolid;
 use super::space::PivotedContact;
 
-/// So many balls and pieces of triangles are looked at for one contact; what is not decided then stays unknown.
+/// So many balls and pieces of triangles are looked at for one contact; what is not decided then stays
+/// unknown.
 const MOST_SPOTS: usize = 1_000_000;
 /// Room for so many is made at once.
 const USUAL_SPOTS: usize = 1 << 14;
@@ -220,7 +221,8 @@ impl<'a> Spots<'a> {
         radius: &[f64; N],
     ) -> [Option<ObstacleSpot>; N] {
         let extent = self.extent(solid);
-        // Loops and no closures: these would be called one by one, without the instructions of this processor.
+        // Loops and no closures: these would be called one by one, without the instructions of this
+        // processor.
         let (mut to, mut way) = ([[0.0; N]; 3], [[0.0; N]; 3]);
         let (mut r, mut low, mut far) = ([0.0; N], [0.0; N], [0.0; N]);
         for k in 0..N {

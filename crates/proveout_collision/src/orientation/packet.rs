@@ -40,7 +40,8 @@ pub(super) struct SpotAnswer {
     pub(super) apart: Cells,
     /// It forbids all.
     pub(super) blocked: Cells,
-    /// A point of the skin is not known to be apart, so that no smaller part of it will show the cell to be free.
+    /// A point of the skin is not known to be apart, so that no smaller part of it will show the cell to be
+    /// free.
     pub(super) met: Cells,
 }
 
@@ -142,7 +143,8 @@ impl<S: Simd> Rows<S> {
         s.add_f32s(s.add_f32s(x, y), z)
     }
 
-    /// Cosines of the sums of an angle and those of the cells; below every cosine where it is half a turn or more.
+    /// Cosines of the sums of an angle and those of the cells; below every cosine where it is half a turn or
+    /// more.
     #[inline(always)]
     fn wider(&self, [c, s]: [f32; 2]) -> S::f32s {
         let (simd, [co, so]) = (self.simd, self.turn);
@@ -171,7 +173,8 @@ impl<S: Simd> Rows<S> {
         self.simd.less_than_f32s(a, self.simd.sub_f32s(b, self.simd.splat_f32s(SLACK)))
     }
 
-    /// A bit for each cell where a condition holds: a sum of different powers of two below 2^24 is exact in any order.
+    /// A bit for each cell where a condition holds: a sum of different powers of two below 2^24 is exact in
+    /// any order.
     #[inline(always)]
     fn bits(&self, m: S::m32s) -> Cells {
         let s = self.simd;

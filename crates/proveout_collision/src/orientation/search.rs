@@ -7,14 +7,16 @@ use proveout_geom::{Point, Vector};
 use super::obstacle_solids::{ObstacleSolid, closest};
 use super::tool_part::ToolPart;
 
-/// Added to every bound of a motion, mm: far above the rounding of coordinates of a meter, far below every tolerance.
+/// Added to every bound of a motion, mm: far above the rounding of coordinates of a meter, far below every
+/// tolerance.
 const ROUNDING_MM: f64 = 1e-9;
 /// A ball of the tree is opened when it is larger than this share of the motion inside of the cell: what is
 /// smaller is left to smaller cells, for which it is most often apart as a whole.
 const OPEN_SHARE: f64 = 1.0;
 /// Steps of the search for a plane between a triangle and a part: each is a projection on both.
 const PLANE_STEPS: usize = 10;
-/// After the first piece that a finest cell is not free of, so many more are looked at for one that blocks it.
+/// After the first piece that a finest cell is not free of, so many more are looked at for one that blocks
+/// it.
 const MORE_LOOKS: u32 = 24;
 /// So many pieces of a triangle are looked at.
 const MOST_PIECES: usize = 40;
@@ -183,7 +185,8 @@ impl<'a> CellSearch<'a> {
                     blocked = true;
                     break 'list;
                 }
-                // Where nothing is divided any more the cell is not free; a few more looks may show that it is blocked.
+                // Where nothing is divided any more the cell is not free; a few more looks may show that it
+                // is blocked.
                 if last && self.lists.len() > end {
                     left -= 1;
                     if left == 0 {

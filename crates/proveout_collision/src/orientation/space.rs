@@ -19,12 +19,14 @@ use super::search::{CellPose, CellSearch, Verdict};
 use super::tool_part::ToolPart;
 use super::walk::OrientationWalk;
 
-/// Cells are at least this high, radian: 0.02 degrees, a fifth of what a rotary axis of a machine holds under load.
+/// Cells are at least this high, radian: 0.02 degrees, a fifth of what a rotary axis of a machine holds under
+/// load.
 const LEAST_CELL: f64 = 3.5e-4;
 /// Cells are at most this high before they are halved, radian: yaws of the bounds must not differ by more
 /// than a right angle.
 const LARGEST_CELL: f64 = std::f64::consts::FRAC_PI_4;
-/// Part by which a limit of the settings, which are given in degrees, may round above the largest, and below the least.
+/// Part by which a limit of the settings, which are given in degrees, may round above the largest, and below
+/// the least.
 const ABOVE: f64 = 1e-12;
 const BELOW: f64 = 1e-6;
 
@@ -49,7 +51,8 @@ pub struct OrientationSettings {
     pub finest_cell: f64,
     /// Tilts up to this one are looked at, radian, at most a right angle.
     pub tilt_limit: f64,
-    /// Distance that neck, shank and holder keep from everything, and the cutter from what it does not cut, mm.
+    /// Distance that neck, shank and holder keep from everything, and the cutter from what it does not cut,
+    /// mm.
     pub clearance: f64,
     /// Depth that the cutter may have in the part, mm: above what the facets of its mesh are off.
     pub gouge: f64,

@@ -195,7 +195,8 @@ fn body_height(pieces: &[OutlinePiece], p: [f64; 2]) -> Height {
     }
 }
 
-/// Without the care of `hypot` for the ends of the range of numbers, which lengths of a machine do not come near.
+/// Without the care of `hypot` for the ends of the range of numbers, which lengths of a machine do not come
+/// near.
 fn length(v: [f64; 2]) -> f64 {
     (v[0] * v[0] + v[1] * v[1]).sqrt()
 }

@@ -12,7 +12,8 @@ use super::space::{OrientationSpace, PivotedContact, split};
 /// A neighborhood reaches as far as so many steps like the last one. Farther, and fewer cells are decided for
 /// all of it; nearer, and its cost is shared by fewer contacts.
 const STEPS: f64 = 4.0;
-/// Its cells are halved until the motion inside of them is at most so many times the drift that it allows for.
+/// Its cells are halved until the motion inside of them is at most so many times the drift that it allows
+/// for.
 const STOP_SHARE: f64 = 3.0;
 
 /// Regions of contacts one after the other, each from what was proved for its neighborhood.

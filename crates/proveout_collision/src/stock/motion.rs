@@ -1,4 +1,5 @@
-//! The bodies through one motion after the other: how their distance from the stock is followed, and what is noted.
+//! The bodies through one motion after the other: how their distance from the stock is followed, and what is
+//! noted.
 
 use proveout_geom::{Point, Pose};
 use proveout_machine::{JointValues, MAX_JOINTS};
@@ -61,7 +62,8 @@ struct BodyProgress {
 #[derive(Clone, Debug)]
 pub(super) struct FollowedBody {
     pub(super) part: CollisionPart,
-    /// The layer of material on the table's face counts for nothing against what of it is no higher than the face.
+    /// The layer of material on the table's face counts for nothing against what of it is no higher than the
+    /// face.
     pub(super) flush: bool,
     /// The part of such a body above the face: all material counts against it.
     pub(super) raised: Option<TriangleTree>,

@@ -46,7 +46,8 @@ fn nearer(best: &mut (f64, Point, Point), p: Point, q: Point) {
     }
 }
 
-/// Nearest points of two segments: the feet of their common normal, or, where those lie outside, of their ends.
+/// Nearest points of two segments: the feet of their common normal, or, where those lie outside, of their
+/// ends.
 fn segment_segment(p: [Point; 2], q: [Point; 2]) -> (Point, Point) {
     let (u, v, r) = (p[1] - p[0], q[1] - q[0], p[0] - q[0]);
     let (uu, vv, uv) = (u.norm_squared(), v.norm_squared(), u.dot(&v));
@@ -86,7 +87,8 @@ mod tests {
                 self.0 ^= self.0 << 17;
                 (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
             };
-            // Half of the coordinates on a coarse grid: parallel, touching and degenerate ones come by themselves.
+            // Half of the coordinates on a coarse grid: parallel, touching and degenerate ones come by
+            // themselves.
             Point::from([0; 3].map(|_| {
                 let x = next();
                 if next() > 0.0 { (2.0 * x).round() / 2.0 } else { x }

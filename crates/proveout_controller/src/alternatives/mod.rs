@@ -44,7 +44,8 @@ pub struct Alternatives {
     pub before: Vec<Vec<f64>>,
     /// The same of the new program.
     pub after: Vec<Vec<f64>>,
-    /// What the control may leave the tip by (the linear joints of a program without tool center point control), mm.
+    /// What the control may leave the tip by (the linear joints of a program without tool center point
+    /// control), mm.
     pub tip_rounding: f64,
     /// Where the programmed feed leads in the program before and in the new one: the tip at the gates in the
     /// table frame, without tool center point control the linear joints, mm.

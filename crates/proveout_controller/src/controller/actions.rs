@@ -118,7 +118,8 @@ where
         }
     }
 
-    /// The tool turns about another point: where its tip is in the table frame afterwards, the program has not said.
+    /// The tool turns about another point: where its tip is in the table frame afterwards, the program has
+    /// not said.
     pub(super) fn set_turn_center(&mut self, ahead: f64) {
         if ahead != self.state.turn_center {
             self.stop_run();
@@ -192,8 +193,8 @@ where
         Ok(())
     }
 
-    /// Drives to the tool change position of the machine, if it has one: first the linear joint along the spindle, then
-    /// the others together.
+    /// Drives to the tool change position of the machine, if it has one: first the linear joint along the
+    /// spindle, then the others together.
     pub(super) fn visit_change_position(&mut self, location: &Location) {
         let frame = self.device.frame(self.mapping);
         self.out.meter.tube.stand(&frame, 0.0);

@@ -1,4 +1,5 @@
-//! Commands that hold something that is no number are refused at their block, before anything is made of them.
+//! Commands that hold something that is no number are refused at their block, before anything is made of
+//! them.
 
 use proveout_nc::{AXIS_LETTERS, AxisValues, Command, Dwell, Feed, Motion, Offset, Op, PathMode};
 

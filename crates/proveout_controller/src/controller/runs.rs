@@ -1,4 +1,5 @@
-//! Runs between two stops: blocks into the path, windows of the look-ahead, rapid motion of independent joints.
+//! Runs between two stops: blocks into the path, windows of the look-ahead, rapid motion of independent
+//! joints.
 
 use std::sync::Arc;
 

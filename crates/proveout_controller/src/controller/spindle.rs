@@ -129,7 +129,8 @@ where
         }
         let duration = self.device.machine.control.spindle_start_time * if both { 2.0 } else { 1.0 };
         if self.settings.spindle_waits && duration > 0.0 {
-            // The time of the word must be known: the run ends here. Rapid motion goes on meanwhile, feed waits.
+            // The time of the word must be known: the run ends here. Rapid motion goes on meanwhile, feed
+            // waits.
             self.stop_run();
             self.state.spindle_ready = self.state.spindle_ready.max(self.out.clock) + duration;
         }

@@ -1,4 +1,5 @@
-//! Forces that a machine's bodies put on its drives: recursive Newton-Euler, and Rapier as an alternative plant.
+//! Forces that a machine's bodies put on its drives: recursive Newton-Euler, and Rapier as an alternative
+//! plant.
 //!
 //! Everything is in mm, kg, s; forces come out in N, torques in N mm. The tree of joints is that of
 //! [`proveout_machine::Machine`]: tool side and table side share the same base. Masses are those of

@@ -1,7 +1,8 @@
 //! Inverse dynamics of the tree of joints by recursive Newton-Euler in spatial vectors.
 //!
-//! All spatial vectors are written in the one frame M, at its origin: motion `(w, v)` with the velocity v of the body
-//! point that passes the origin, force `(n, f)` with the moment n about the origin. A joint's axis is then a screw
+//! All spatial vectors are written in the one frame M, at its origin: motion `(w, v)` with the velocity v of
+//! the body point that passes the origin, force `(n, f)` with the moment n about the origin. A joint's axis
+//! is then a screw
 //!
 //! ```text
 //!   rotary  S = (a, p x a)        linear  S = (0, a)        a, p: axis and a point on it in the present pose
@@ -12,8 +13,9 @@
 //!   back:  F_p += F_i,   tau_i = S_i . F_i
 //! ```
 //!
-//! (Luh, Walker and Paul 1980; Featherstone 2008, section 5.3, here in base coordinates so that no frames between the
-//! joints are needed, as in the forward kinematics.) Cost is linear in the number of joints; nothing is allocated.
+//! (Luh, Walker and Paul 1980; Featherstone 2008, section 5.3, here in base coordinates so that no frames
+//! between the joints are needed, as in the forward kinematics.) Cost is linear in the number of joints;
+//! nothing is allocated.
 //!
 //! Limits: the links are rigid, and the tree has no loops.
 
@@ -81,7 +83,8 @@ impl LinkMotion {
         force: Spatial::ZERO,
     };
 
-    /// The inertia is turned into the body and back with the vector, which takes a third of turning the tensor.
+    /// The inertia is turned into the body and back with the vector, which takes a third of turning the
+    /// tensor.
     fn momentum(&self, link: &RigidLink, v: Spatial) -> Spatial {
         let linear = (v.1 + v.0.cross(&self.center)) * link.mass;
         let spin = self.rotation * (link.inertia * self.rotation.tr_mul(&v.0));
@@ -112,8 +115,9 @@ impl RigidTree {
         }
     }
 
-    /// Forces (N) and torques (N mm) that the joints need for the given positions, velocities and accelerations, weight
-    /// included where the direction of gravity is known. Friction and the motors' own inertia are not in it.
+    /// Forces (N) and torques (N mm) that the joints need for the given positions, velocities and
+    /// accelerations, weight included where the direction of gravity is known. Friction and the motors' own
+    /// inertia are not in it.
     pub fn inverse_dynamics(&self, q: &JointValues, v: &JointValues, a: &JointValues) -> JointValues {
         let mut all = [LinkMotion::NOTHING; MAX_JOINTS];
         self.placed(q, &mut all);
@@ -162,8 +166,8 @@ impl RigidTree {
         matrix
     }
 
-    /// Accelerations for given forces (N, N mm): the inverse of [`RigidTree::inverse_dynamics`]. `armature` is added to
-    /// the diagonal of the inertia (kg, kg mm²): motors. None where a joint would move no mass.
+    /// Accelerations for given forces (N, N mm): the inverse of [`RigidTree::inverse_dynamics`]. `armature`
+    /// is added to the diagonal of the inertia (kg, kg mm²): motors. None where a joint would move no mass.
     pub fn forward_dynamics(
         &self,
         q: &JointValues,

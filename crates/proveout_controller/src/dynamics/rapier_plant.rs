@@ -128,7 +128,8 @@ impl RapierPlant {
         Ok(plant)
     }
 
-    /// Forward kinematics once, which takes the surplus freedoms of the fixed root away; then damping and armature.
+    /// Forward kinematics once, which takes the surplus freedoms of the fixed root away; then damping and
+    /// armature.
     fn settle(&mut self, armature: &JointValues) -> Result<(), String> {
         let Some(&first) = self.joints.first() else { return Err("the machine has no joints".to_owned()) };
         let count = self.joints.len();

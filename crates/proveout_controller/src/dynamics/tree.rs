@@ -45,7 +45,8 @@ pub struct RigidTree {
     report: MassReport,
 }
 
-/// Sum of two bodies, the second given by mass, center and inertia about it (parallel axes: Huygens, Steiner).
+/// Sum of two bodies, the second given by mass, center and inertia about it (parallel axes: Huygens,
+/// Steiner).
 fn joined(
     (m1, c1, i1): (f64, Point, Matrix3<f64>),
     (m2, c2, i2): (f64, Point, Matrix3<f64>),

@@ -9,7 +9,8 @@ use crate::{
     shape::{BlockShape, DerivativeBounds, Quintic},
 };
 
-/// Largest turn of a rotary joint in one cell, radian: 3 degrees change the direction of the linear axes by 5 percent.
+/// Largest turn of a rotary joint in one cell, radian: 3 degrees change the direction of the linear axes by 5
+/// percent.
 const CELL_TURN: f64 = 0.052;
 /// Largest angle of an arc in one cell, radian.
 const CELL_ARC: f64 = 0.2;

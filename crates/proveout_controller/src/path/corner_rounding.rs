@@ -5,8 +5,8 @@ use proveout_machine::{JointKind, JointValues, Machine};
 use super::{PathBlock, PathContext, SHORT, Tolerance, WayMeasure, fit::Kink, reversal::reverses};
 use crate::{jet::JointJet, output::MoveKind, shape::Quintic};
 
-/// Half width of a blend below which the control stops in the corner, as part of the shorter block: the blend would be
-/// a stop in all but name.
+/// Half width of a blend below which the control stops in the corner, as part of the shorter block: the blend
+/// would be a stop in all but name.
 const NARROWEST: f64 = 1e-6;
 /// Part of the joint limits that a blend may use at the programmed feed when its width is chosen.
 const BLEND_SHARE: f64 = 0.5;
@@ -119,7 +119,8 @@ pub(super) fn corner(
         if excess <= 1.0 {
             return CornerRounding::Blend { half_width: d, rounding: tip, quintic };
         }
-        // Deviation grows with d (kink) or with its square (curvature): the step of the first kind is always enough.
+        // Deviation grows with d (kink) or with its square (curvature): the step of the first kind is always
+        // enough.
         d *= (0.98 / excess).max(0.1);
     }
     CornerRounding::Stop
@@ -129,7 +130,8 @@ fn blend(a: &PathBlock, b: &PathBlock, d: f64) -> Quintic {
     Quintic::hermite(b.s0 - d, b.s0 + d, &a.course().jet(a.length - d), &b.course().jet(d))
 }
 
-/// Largest distance between blend and exact path at equal parameter, tip (or linear joints) and rotary joints.
+/// Largest distance between blend and exact path at equal parameter, tip (or linear joints) and rotary
+/// joints.
 fn blend_deviation(frame: &PathContext<'_>, a: &PathBlock, b: &PathBlock, quintic: &Quintic, d: f64) -> (f64, f64) {
     const STEPS: i32 = 16;
     let mut worst = (0.0_f64, 0.0_f64);
@@ -143,7 +145,8 @@ fn blend_deviation(frame: &PathContext<'_>, a: &PathBlock, b: &PathBlock, quinti
     (worst.0 * 1.02, worst.1 * 1.02) // between the points: at most 2 percent for a fifth degree
 }
 
-/// Euclidean size of the linear part (mm) and largest rotary part (radian) of a difference of task coordinates.
+/// Euclidean size of the linear part (mm) and largest rotary part (radian) of a difference of task
+/// coordinates.
 pub(super) fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
     let (mut linear, mut angle) = (0.0_f64, 0.0_f64);
     for (i, joint) in machine.joints.iter().enumerate() {
@@ -155,8 +158,8 @@ pub(super) fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
     (linear.sqrt(), angle)
 }
 
-/// Half width at which the joints can take the corner at the feed, or at the highest speed of both blocks if that is
-/// lower: with the largest second and third derivative of the blend from the table above.
+/// Half width at which the joints can take the corner at the feed, or at the highest speed of both blocks if
+/// that is lower: with the largest second and third derivative of the blend from the table above.
 ///
 /// In the middle of the blend between slopes u and w the way by the parameter is |u + w|/2 = cos(half of the
 /// angle), so that at the feed the parameter runs faster by one over that, and the joints accelerate by its

@@ -12,7 +12,8 @@
 //!          |<-d->|           becomes smooth
 //! ```
 //!
-//! y has continuous curvature, breaks only at the 2 n places `s_i -+ d_i`, and keeps the parameter of the exact path.
+//! y has continuous curvature, breaks only at the 2 n places `s_i -+ d_i`, and keeps the parameter of the
+//! exact path.
 //!
 //! *Tolerance.* e is not negative and convex on either side of its kink. So `S(s) = sum of |m_i| d_i e(..)`,
 //! which bounds the deviation |y - x|, is convex on each block and highest at the borders of blocks: looked
@@ -195,7 +196,8 @@ impl Fit {
         &self.kinks
     }
 
-    /// Decides half widths and points as far as the known kinks allow; all of them where the end of the run is given.
+    /// Decides half widths and points as far as the known kinks allow; all of them where the end of the run
+    /// is given.
     pub(super) fn settle(&mut self, high: Option<f64>, size: &dyn Fn(&JointValues) -> Tolerance) {
         let n = self.kinks.len();
         let ready = |known: usize| if high.is_some() { known } else { known.saturating_sub(NEIGHBORS) };
@@ -250,7 +252,8 @@ impl Fit {
 
     /// Largest common half width up to `most` that keeps the tolerance at kink `i`.
     fn widest(&self, i: usize, most: f64) -> f64 {
-        // S grows between the first and the second power of d: the second is tried first, the first is always enough.
+        // S grows between the first and the second power of d: the second is tried first, the first is always
+        // enough.
         const TRIES: u32 = 6;
         let mut d = most;
         for tries in 0.. {

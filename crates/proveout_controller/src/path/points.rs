@@ -1,4 +1,5 @@
-//! Where the points of a run of short blocks go before it is averaged, so that the average passes through them.
+//! Where the points of a run of short blocks go before it is averaged, so that the average passes through
+//! them.
 //!
 //! A moving average lies on the inner side of a curve: with the weights of `fit.rs`, `k d^2/10` for the
 //! curvature k, on top of the chords' own distance. Blocks of a curve are its chords, and their borders are
@@ -342,7 +343,8 @@ mod tests {
         }
         // Without the points moved: 0.23 k L^2 inside, nearly twice the sagitta.
         assert!(least > -0.05 * sagitta && most < 0.05 * sagitta, "{least} {most} of {sagitta}");
-        // Bounds of the deviation from the chords: their sagitta, and not the sum of the sizes of all that was done.
+        // Bounds of the deviation from the chords: their sagitta, and not the sum of the sizes of all that
+        // was done.
         let mut fit = fit;
         let begin = fit.rounding(0.1 * end, &planar);
         let rounding = fit.rounding(0.9 * end, &planar);

@@ -77,7 +77,8 @@ fn opposite([u, w]: &[JointValues; 2]) -> bool {
     least > NO_SLOPE * most && dot(u, w) <= REVERSAL_DEG.to_radians().cos() * least * most
 }
 
-/// Direction in which the tip moves against the table while the joints move by `slope`, in the first three entries.
+/// Direction in which the tip moves against the table while the joints move by `slope`, in the first three
+/// entries.
 fn way_of_tip(frame: &PathContext<'_>, at: &JointValues, slope: &JointValues) -> JointValues {
     let h = SMALL / slope.max_abs().max(f64::MIN_POSITIVE);
     let [before, behind] = [-h, h].map(|h| frame.kinematics.pose(&(*at + *slope * h)).tip);

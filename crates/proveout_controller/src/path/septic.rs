@@ -69,7 +69,8 @@ impl Septic {
     /// Taylor coefficients at s.
     pub(crate) fn jet(&self, s: f64) -> JointJet {
         let t = self.part(s);
-        // Horner's rule for a value and its derivatives at once: every order takes the sum of the one below as it was.
+        // Horner's rule for a value and its derivatives at once: every order takes the sum of the one below
+        // as it was.
         let [.., last] = self.powers;
         let zero = JointValues::ZERO;
         let [mut d0, mut d1, mut d2, mut d3] = [last, zero, zero, zero];

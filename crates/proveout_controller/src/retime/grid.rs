@@ -31,7 +31,8 @@ const AT_SPEED: f64 = 0.996;
 /// Part of a piece by which points are moved off its borders, so that each belongs to one side of a
 /// jump.
 const INSIDE: f64 = 1e-6;
-/// Difference of rows of acceleration on both sides of a border that is no jump but the way between the two nodes.
+/// Difference of rows of acceleration on both sides of a border that is no jump but the way between the two
+/// nodes.
 const ALIKE: f64 = 1e-5;
 /// Interval as part of the time sqrt(v/J) in which the jerk limit changes a speed v by its own size.
 const SLOW: f64 = 0.2;
@@ -52,7 +53,8 @@ struct PhaseInterval {
     to: f64,
     cell: usize,
     held: bool,
-    /// Square of the time in which the jerk limit changes the speed by its own size: v/J at the slower end, s^2.
+    /// Square of the time in which the jerk limit changes the speed by its own size: v/J at the slower end,
+    /// s^2.
     pace: f64,
 }
 

@@ -245,7 +245,8 @@ impl LaneRows {
         self.lanes.push(lanes);
     }
 
-    /// Slacks and multipliers of all rows at the begin: those that a search before has left, and new ones elsewhere.
+    /// Slacks and multipliers of all rows at the begin: those that a search before has left, and new ones
+    /// elsewhere.
     pub(super) fn begin(&self, c: &[f64], mu: f64, before: Option<&Before<'_>>, work: &mut SolverVectors) {
         let new = [mu, if before.is_some() { INSIDE } else { AT_FIRST }];
         work.single.clear();

@@ -106,10 +106,11 @@ pub(super) struct Problem {
 
 /// What rows next to given unknowns may pass their limits, so that these have an inside.
 pub(super) const RELAXED: f64 = 2e-4 + MARGIN;
-/// Part by which rows of acceleration and jerk are tighter than the limits: between the points of the grid and between
-/// samples a law may pass its rows by so much. It costs a thousandth of the time.
+/// Part by which rows of acceleration and jerk are tighter than the limits: between the points of the grid
+/// and between samples a law may pass its rows by so much. It costs a thousandth of the time.
 pub(super) const MARGIN: f64 = 0.003;
-/// Nodes do not lie closer than this part of an interval; and what a peak between two must rise above them, as part.
+/// Nodes do not lie closer than this part of an interval; and what a peak between two must rise above them,
+/// as part.
 const CLOSEST: f64 = 0.03;
 const HIGHER: f64 = 0.0005;
 

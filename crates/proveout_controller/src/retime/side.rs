@@ -78,7 +78,8 @@ impl RowSlacks {
         let ds = -(value + self.slack) - change;
         let (dl, l) = (self.multiplier_step(ds, aim), self.multiplier);
         sums.primal = sums.primal.higher(-ds * self.over);
-        // Most multipliers fall by less than counts, or than one before them: their quotients are not asked for.
+        // Most multipliers fall by less than counts, or than one before them: their quotients are not asked
+        // for.
         if dl.any(l, |step, multiplier| -step > sums.bound * multiplier) {
             sums.dual = sums.dual.higher(-dl.with(l, |step, multiplier| step / multiplier));
             sums.bound = sums.bound.max(BESIDE * sums.dual.highest());

@@ -24,7 +24,8 @@ const PLATEAU: f64 = 1.0;
 const LEVELING: f64 = 0.25;
 /// Intervals to either side of a tightened one that are solved again with it.
 const AROUND: usize = 32;
-/// Excess over its rows, which lie `MARGIN` below the limits, that a tempo may have at the points of its grid.
+/// Excess over its rows, which lie `MARGIN` below the limits, that a tempo may have at the points of its
+/// grid.
 const ALLOWED: f64 = 1.002;
 /// A spot gets a point of its own farther from the nodes than this part of the interval; time around it in
 /// which nodes are tightened, s.
@@ -108,7 +109,8 @@ impl RegionTempo {
             .unwrap_or(near)
     }
 
-    /// Solves some intervals between what is given at their ends; keeps what was there where that does not succeed.
+    /// Solves some intervals between what is given at their ends; keeps what was there where that does not
+    /// succeed.
     fn solve(&mut self, probe: &mut Probe<'_>, stages: &mut Stages, begin: usize, end: usize) -> bool {
         let mut problem = self.field.between([begin, end]);
         let before = &self.c[2 * begin..2 * end + 2];

@@ -52,7 +52,8 @@ pub(crate) struct Stages {
 }
 
 impl Stages {
-    /// Looks for the fastest tempo from `c` on; the problem gets the nodes that are needed. False when it is not found.
+    /// Looks for the fastest tempo from `c` on; the problem gets the nodes that are needed. False when it is
+    /// not found.
     pub(super) fn run(&mut self, probe: &mut Probe<'_>, problem: &mut Problem, c: &mut [f64]) -> bool {
         self.relaxed.clear();
         problem.loads(c, &mut self.loads);

@@ -3,14 +3,16 @@
 
 use super::problem::Problem;
 
-/// b where a search begins: of the searches that begin at the law itself more fail (12 against 1 on 20 curves).
+/// b where a search begins: of the searches that begin at the law itself more fail (12 against 1 on 20
+/// curves).
 const QUICK: f64 = 2.0;
 /// Intervals of the longest kind over which the begin of a search comes from what is given to that: a step of
 /// b within one interval takes a hundred times the jerk, and the search half of its iterations to get rid of
 /// it.
 const RAMP: f64 = 24.0;
 
-/// A step from zero to one that begins and ends without slope: at a part of its length, to either side, and its slope.
+/// A step from zero to one that begins and ends without slope: at a part of its length, to either side, and
+/// its slope.
 fn smooth(part: f64, length: f64) -> [f64; 2] {
     let x = part.abs();
     if x < 1.0 { [x * x * (3.0 - 2.0 * x), part.signum() * 6.0 * x * (1.0 - x) / length] } else { [1.0, 0.0] }

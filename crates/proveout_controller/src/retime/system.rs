@@ -6,7 +6,8 @@ use super::{
     solver::SolverVectors,
 };
 
-/// What eight intervals give to the system of their unknowns: upper triangle row by row, and both right sides.
+/// What eight intervals give to the system of their unknowns: upper triangle row by row, and both right
+/// sides.
 pub(super) struct System {
     matrix: [Lanes; 10],
     right: [Lanes; 4],

@@ -1,7 +1,7 @@
 //! Backlash: the lost motion between motor and load of a drive.
 //!
-//! *Lost motion.* Elastic: the flank that touches is known from x1 - x2 at the begin of the step. Stiff: the load is
-//! pushed by the flanks and stays or falls between them.
+//! *Lost motion.* Elastic: the flank that touches is known from x1 - x2 at the begin of the step. Stiff: the
+//! load is pushed by the flanks and stays or falls between them.
 
 use super::{model::DriveModel, step::DriveState};
 

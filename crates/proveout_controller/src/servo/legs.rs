@@ -109,7 +109,8 @@ impl Legs {
         let true_middle = self.to_joints(&[lengths, JointValues::ZERO], &joints[0])?[0];
         let off = true_middle - middle(before, joints);
         for p in &self.platforms {
-            // Shares of the legs in heave and tilt at both ends; over a cycle they change by a part of a thousand.
+            // Shares of the legs in heave and tilt at both ends; over a cycle they change by a part of a
+            // thousand.
             let [a, b] = [&before[0], &joints[0]].map(|q| [[1.0, 0.0], [0.0, 1.0]].map(|unit| p.joint_rates(q, unit)));
             for (k, joint) in [p.heave, p.tilt].into_iter().enumerate() {
                 let share = |leg: usize| 1.01 * a[leg][k].abs().max(b[leg][k].abs());

@@ -1,7 +1,7 @@
 //! The drives that follow the set points: the actual motion of the joints.
 //!
-//! * [`DriveModel`] – one joint: cascade control, friction, backlash, one elastic mode, force limit, in exact discrete
-//!   form; [`DriveState`] is all that changes.
+//! * [`DriveModel`] – one joint: cascade control, friction, backlash, one elastic mode, force limit, in exact
+//!   discrete form; [`DriveState`] is all that changes.
 //! * [`Plant`] – how the machine's bodies load the drives.
 //! * `legs` – platforms, whose drives move legs instead of joints.
 //! * [`size_drives`] – drives by a rule where none are published.

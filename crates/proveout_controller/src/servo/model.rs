@@ -79,7 +79,8 @@ pub(crate) struct LoopMaps<const N: usize> {
     pub(crate) half: Option<Map<N>>,
 }
 
-/// States: motor error, velocity, integral (stiff); motor error, motor velocity, load error, load velocity, integral.
+/// States: motor error, velocity, integral (stiff); motor error, motor velocity, load error, load velocity,
+/// integral.
 #[derive(Clone, Debug)]
 pub(crate) enum Mechanics {
     Stiff(Box<LoopMaps<3>>),

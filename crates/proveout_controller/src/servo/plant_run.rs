@@ -68,7 +68,8 @@ fn fault(machine: &Machine, joint: usize, message: &str, help: &str) -> Box<Cont
     })
 }
 
-/// Drive of a place and the mass (kg) or inertia (kg mm²) that is stated for it: that of the joint, or of a leg.
+/// Drive of a place and the mass (kg) or inertia (kg mm²) that is stated for it: that of the joint, or of a
+/// leg.
 fn stated<'a>(machine: &'a Machine, legs: &'a Legs, place: usize) -> (Option<&'a Drive>, Option<f64>) {
     match legs.leg(place) {
         Some((platform, leg)) => (platform.legs[leg].drive.as_ref(), platform.legs[leg].moving_mass),

@@ -217,7 +217,8 @@ mod tests {
     fn a_slide_of_600_kg_has_the_usual_drive() {
         let d = linear(0, 600.0, 600.0, 5000.0, 3000.0);
         let of = |key: &str| d.keys.iter().find(|(k, _)| *k == key).expect("a key").1;
-        // 0.55 x 75 Hz = 41.25 Hz: Kv = 51.8 1/s, Tn = 11.6 ms; 420 kg of motor take 2100 N, friction 4 x 177 N.
+        // 0.55 x 75 Hz = 41.25 Hz: Kv = 51.8 1/s, Tn = 11.6 ms; 420 kg of motor take 2100 N, friction 4 x 177
+        // N.
         assert_eq!((of("position_gain_1_s"), of("integral_time_ms"), of("motor_mass_kg")), (52.0, 12.0, 420.0));
         assert!((d.need - (3000.0 + 2100.0 + 4.0 * 176.52)).abs() < 0.1, "{}", d.need);
         assert_eq!(of("max_force_N"), 8800.0);

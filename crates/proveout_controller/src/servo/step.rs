@@ -65,7 +65,8 @@ pub struct DriveState {
     power: f64,
     /// Work drawn by the motor, J; what it gives back when it brakes is not taken off.
     energy: f64,
-    /// Largest force over M that the control has asked for beyond the limit since [`DriveState::take_excess`].
+    /// Largest force over M that the control has asked for beyond the limit since
+    /// [`DriveState::take_excess`].
     excess: f64,
     /// Extremes of the load's acceleration since [`DriveState::take_accelerations`].
     extremes: Option<[f64; 2]>,
@@ -138,8 +139,8 @@ impl DriveState {
 }
 
 impl DriveModel {
-    /// A drive at rest on its set point that holds the load's force (N or N mm, positive in the direction of growing
-    /// values): the integral part carries it; without one the drive sags.
+    /// A drive at rest on its set point that holds the load's force (N or N mm, positive in the direction of
+    /// growing values): the integral part carries it; without one the drive sags.
     pub fn rest(&self, load: f64) -> DriveState {
         let w = self.per_mass(load) + self.counterbalance;
         let mut s = DriveState { force: -w, ..DriveState::default() };
@@ -183,7 +184,8 @@ impl DriveModel {
         }
     }
 
-    /// A whole cycle in two maps, if the drive keeps its mode; false, and nothing is changed, where it may not.
+    /// A whole cycle in two maps, if the drive keeps its mode; false, and nothing is changed, where it may
+    /// not.
     fn glides(&self, s: &mut DriveState, r: &SetPointRates, w: f64) -> bool {
         match &self.mechanics {
             Mechanics::Stiff(pair) => {
@@ -223,7 +225,8 @@ impl DriveModel {
         let (law, h) = (&self.law, 0.5 * self.step * self.steps as f64);
         let direction = z[moving].signum();
         let friction = -self.friction.coulomb * direction;
-        // Three times the Stribeck velocity leave e^-9, 1.2e-4, of the difference between static and dry friction.
+        // Three times the Stribeck velocity leave e^-9, 1.2e-4, of the difference between static and dry
+        // friction.
         let slowest = 3.0 * self.friction.stribeck;
         let dry = self.friction.stiction > 0.0;
         if dry && z[moving].abs() <= slowest {

@@ -1,15 +1,16 @@
 //! The actual motion as a curve over time, and its pieces for removal and interference.
 //!
-//! Between two control samples the load's position is the cubic with its positions and velocities at both. With the
-//! load's acceleration known to stay within [low, high] over the cycle, the difference to the true motion has value and
-//! slope zero at both ends and a second derivative within D = max(high - c, C - low), c and C the ends of the cubic's
-//! linear acceleration, so that it stays within
+//! Between two control samples the load's position is the cubic with its positions and velocities at both.
+//! With the load's acceleration known to stay within [low, high] over the cycle, the difference to the true
+//! motion has value and slope zero at both ends and a second derivative within D = max(high - c, C - low), c
+//! and C the ends of the cubic's linear acceleration, so that it stays within
 //!
 //! ```text
 //!   D T^2 / 16       (reached when the difference's acceleration is +D, -D, +D over T/4, T/2, T/4)
 //! ```
 //!
-//! Each joint's bound moves the tool by no more than the joint's rate times it, which goes into the pieces' deviation.
+//! Each joint's bound moves the tool by no more than the joint's rate times it, which goes into the pieces'
+//! deviation.
 
 use std::collections::VecDeque;
 
@@ -52,7 +53,8 @@ pub(crate) struct Trail {
 const TOGETHER: usize = 8;
 /// Halvings of one interval; ends a motion that never fits.
 const DEEPEST: u32 = 16;
-/// Surcharge on a deviation measured at points, and where a table of geometric errors bends: as in `pieces.rs`.
+/// Surcharge on a deviation measured at points, and where a table of geometric errors bends: as in
+/// `pieces.rs`.
 const BETWEEN: f64 = 1.05;
 const BENT: f64 = 1.2;
 /// A tool that moves less than this (mm at tip and gauge line) counts as at rest.
@@ -298,7 +300,8 @@ fn deviation(a: &TimedPose, b: &TimedPose, x: &TimedPose, tool_length: f64) -> f
     (x.pose.tip - on.tip).norm() + tool_length * (x.pose.axis - on.axis).norm()
 }
 
-/// Bound of the cubic's deviation over a cycle `h` of one joint, from way, velocities and the extremes of acceleration.
+/// Bound of the cubic's deviation over a cycle `h` of one joint, from way, velocities and the extremes of
+/// acceleration.
 pub(crate) fn cubic_bound(h: f64, way: f64, v: [f64; 2], [low, high]: [f64; 2]) -> f64 {
     let slope = 6.0 * way / (h * h);
     let ends = [slope - (4.0 * v[0] + 2.0 * v[1]) / h, (2.0 * v[0] + 4.0 * v[1]) / h - slope];
@@ -312,7 +315,8 @@ mod tests {
 
     #[test]
     fn the_bound_holds_for_the_worst_motion_and_is_reached() {
-        // Acceleration +1, -1, +1 over quarters: the cubic through its ends is zero, and the middle lies at 1/16.
+        // Acceleration +1, -1, +1 over quarters: the cubic through its ends is zero, and the middle lies at
+        // 1/16.
         let bound = cubic_bound(1.0, 0.0, [0.0, 0.0], [-1.0, 1.0]);
         assert_eq!(bound, 1.0 / 16.0);
         let (mut x, mut v, mut highest) = (0.0, 0.0, 0.0_f64);

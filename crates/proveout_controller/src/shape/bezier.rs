@@ -15,7 +15,8 @@ use proveout_machine::JointValues;
 
 use crate::jet::JointJet;
 
-/// Parts of the table of lengths. Gauss' rule of degree nine over 1/64 of a cubic without cusp is exact to rounding.
+/// Parts of the table of lengths. Gauss' rule of degree nine over 1/64 of a cubic without cusp is exact to
+/// rounding.
 const PARTS: usize = 64;
 /// Lowest speed |r'| over the mean one: below it the curve has a cusp, where no control keeps its feed.
 const CUSP: f64 = 1e-4;

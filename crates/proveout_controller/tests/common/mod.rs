@@ -252,7 +252,8 @@ pub(crate) fn for_all(seeds: std::ops::Range<u64>, check: impl Fn(u64) + Sync) {
     });
 }
 
-/// Worst use of the limits over all samples, of the planner's own derivatives and of differences of the set points.
+/// Worst use of the limits over all samples, of the planner's own derivatives and of differences of the set
+/// points.
 #[derive(Debug, Default)]
 pub(crate) struct Use {
     pub(crate) velocity: f64,

@@ -143,7 +143,8 @@ fn too_many(path: &Path) -> MeshFileError {
 
 /// A finite number of a text file.
 fn number(word: Option<&str>) -> Option<f64> {
-    // Coordinates are kept as the formats define them, in 32 bits: a vertex that is written twice is one vertex.
+    // Coordinates are kept as the formats define them, in 32 bits: a vertex that is written twice is one
+    // vertex.
     word?.parse::<f32>().ok().filter(|x| x.is_finite()).map(f64::from)
 }
 

@@ -1,7 +1,8 @@
 //! A deserializer that refuses what the type leaves over: the reader of TOML fills `[f64; 3]` from a list of
 //! four and drops the last.
 //!
-//! Every list below is asked for one more member after the type has taken its own. Everything else is handed through.
+//! Every list below is asked for one more member after the type has taken its own. Everything else is handed
+//! through.
 
 use std::fmt;
 

@@ -27,7 +27,8 @@ pub(super) struct UrdfAxis {
     pub(super) carries: Carries,
     /// Letter of the axis that carries this one.
     pub(super) parent: Option<char>,
-    /// The way of the tool past the workpiece for a growing value, or the axis of that turn; unit vector in M.
+    /// The way of the tool past the workpiece for a growing value, or the axis of that turn; unit vector in
+    /// M.
     pub(super) direction: Vector,
     /// A point of the axis in M, mm.
     pub(super) point: Point,

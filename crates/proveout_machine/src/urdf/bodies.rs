@@ -1,4 +1,5 @@
-//! Links as bodies of the machine: boxes along the axes and cylinders as such, all else as meshes of the model file.
+//! Links as bodies of the machine: boxes along the axes and cylinders as such, all else as meshes of the
+//! model file.
 
 use std::{f64::consts::PI, fmt::Write as _};
 

@@ -245,7 +245,8 @@ impl Robot {
         if let Some(n) = only(source, &all, "axis")?
             && let Some(given) = source.numbers::<3>(n, "xyz")?
         {
-            // The largest of them first, so that neither a tiny nor a huge one leaves the range of the numbers.
+            // The largest of them first, so that neither a tiny nor a huge one leaves the range of the
+            // numbers.
             let given = Vector::from(given);
             match (given / given.amax()).try_normalize(SHORTEST).filter(|v| v.iter().all(|x| x.is_finite())) {
                 Some(v) => axis = v,

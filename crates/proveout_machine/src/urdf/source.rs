@@ -18,7 +18,8 @@ pub(super) const METER_MM: f64 = 1e3;
 /// A right angle may miss half of its last decimal by this, radian: rounding.
 const ROUNDING: f64 = 1e-12;
 
-/// An angle that was less off its right angle is not worth a note, radian: rounding in the last digits of a double.
+/// An angle that was less off its right angle is not worth a note, radian: rounding in the last digits of a
+/// double.
 const WORTH_A_NOTE: f64 = 1e-9;
 
 pub(super) struct UrdfSource<'a> {

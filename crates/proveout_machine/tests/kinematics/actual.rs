@@ -45,7 +45,8 @@ fn without_errors_the_bits_are_the_same() {
     }
 }
 
-/// A table that turns about a line shifted by d sees the tip shifted by (1 - R) d, twice d across after half a turn.
+/// A table that turns about a line shifted by d sees the tip shifted by (1 - R) d, twice d across after half
+/// a turn.
 #[test]
 fn a_shifted_line_runs_out_by_twice_the_shift() {
     let nominal = bc("", "");
@@ -107,7 +108,8 @@ fn missing_squareness_makes_a_rhombus() {
     assert!((corners[3] - Point::new(-a * e.sin(), a * e.cos(), 0.0)).norm() < EXACT_MM);
 }
 
-/// Scale error, straightness and Abbe's lever from a table, linear between the positions and kept beyond them.
+/// Scale error, straightness and Abbe's lever from a table, linear between the positions and kept beyond
+/// them.
 #[test]
 fn tables_are_linear_and_have_levers() {
     let rows = [[0.0; 6], [0.010, -0.004, 0.0, 0.0, 0.0, 20e-6], [0.030, 0.0, 0.002, 0.0, 0.0, 0.0]];
@@ -118,7 +120,8 @@ fn tables_are_linear_and_have_levers() {
         let mut q = JointValues::ZERO;
         (q[0], q[1], q[2]) = (x, 120.0, 7.0);
         let mean = |k: usize| rows.iter().zip(part).map(|(r, w)| r[k] * w).sum::<f64>();
-        // The reference point (0, 50, 0) travels with X; the tool end stands at (0, 120, 7) on it, 70 mm beyond in y.
+        // The reference point (0, 50, 0) travels with X; the tool end stands at (0, 120, 7) on it, 70 mm
+        // beyond in y.
         let (s, c) = mean(5).sin_cos();
         let wanted = Point::new(x + mean(0) - s * 70.0, 50.0 + mean(1) + c * 70.0, 7.0 + mean(2));
         let tip = actual.actual_forward(&q, 0.0).tip;
@@ -139,8 +142,8 @@ fn rotary_tables_rest_in_the_machine_and_repeat() {
     for turns in [-3.0, 0.0, 2.0] {
         let mut q = JointValues::ZERO;
         (q[0], q[4]) = (100.0, quarter + rad(360.0) * turns);
-        // In M the table is raised by 5 um and wobbles about y: the tool at (100, 0, 0) is seen from the table frame
-        // through the inverse of Ry(30 urad) and then the turned table.
+        // In M the table is raised by 5 um and wobbles about y: the tool at (100, 0, 0) is seen from the
+        // table frame through the inverse of Ry(30 urad) and then the turned table.
         let (s, c) = 30e-6_f64.sin_cos();
         let (x, z) = (c * 100.0 + s * 0.005, s * 100.0 - c * 0.005);
         let tip = actual.actual_forward(&q, 0.0).tip;

@@ -60,7 +60,8 @@ fn a_path_through_the_singular_cone_stays_continuous() {
         let mut amplification = 0.0_f64;
         let mut singular = 0;
         let mut last: Option<JointValues> = None;
-        // The tool passes the upright exactly, in the plane in which the tilting joint moves it at first order.
+        // The tool passes the upright exactly, in the plane in which the tilting joint moves it at first
+        // order.
         let probe = machine.jacobian(&JointValues::ZERO, 0.0);
         let way: Vector = probe.fixed_view::<3, 1>(3, tilt).into();
         for step in -50..=50 {

@@ -47,8 +47,8 @@ pub(crate) fn rest(spindle: &str, table: &str, up: Vector) -> String {
 
 /// A machine with five joints in any order on either side, skew slides and skew rotary axes.
 ///
-/// Kept away from degenerate builds: slides span at least a fifth of a cube, the angles between the first rotary axis,
-/// the second one and the tool are 20 degrees or more from zero and from a half turn.
+/// Kept away from degenerate builds: slides span at least a fifth of a cube, the angles between the first
+/// rotary axis, the second one and the tool are 20 degrees or more from zero and from a half turn.
 pub(crate) fn random_machine(random: &mut Random) -> Machine {
     let slides = loop {
         let s = [random.unit(), random.unit(), random.unit()];

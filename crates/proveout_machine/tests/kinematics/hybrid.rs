@@ -10,8 +10,8 @@ const RADIUS_FIXED: f64 = 220.0;
 const RADIUS_MOVING: f64 = 150.0;
 const HEIGHT: f64 = 400.0;
 
-/// Machine II of the golden file: base, Y, heave Z, tilt A, fixture B, workpiece; X carries the tool. The workpiece's
-/// zero lies 60 mm above the moving plate, at (0, 0, 460) with all joints at zero.
+/// Machine II of the golden file: base, Y, heave Z, tilt A, fixture B, workpiece; X carries the tool. The
+/// workpiece's zero lies 60 mm above the moving plate, at (0, 0, 460) with all joints at zero.
 pub(crate) fn machine_2() -> Machine {
     let joint = |name: &str, kind: &str, carries: &str, parent: &str, d: [i32; 3], extra: &str| {
         format!(
@@ -41,8 +41,8 @@ const WORK_IN_TABLE: Vector = Vector::new(0.0, 0.0, 460.0);
 /// Nine decimals: half a unit in the last place, of mm and of degrees.
 const HALF: f64 = 0.5e-9;
 
-/// What half a unit of each joint column moves the tip (mm) and turns the axis (rad), plus half a unit of each
-/// component that it is compared with: the file's own rounding, row by row, from the Jacobian.
+/// What half a unit of each joint column moves the tip (mm) and turns the axis (rad), plus half a unit of
+/// each component that it is compared with: the file's own rounding, row by row, from the Jacobian.
 fn rounding(machine: &Machine, q: &JointValues) -> (f64, f64) {
     let jacobian = machine.jacobian(q, 0.0);
     let (mut tip, mut axis) = (HALF * 3_f64.sqrt(), HALF * 3_f64.sqrt());
@@ -398,7 +398,8 @@ fn rates_of_the_legs_are_the_derivatives_of_their_lengths() {
             let differences = [by(2), by(3)];
             for (leg, row) in rates.iter().enumerate() {
                 for (rate, column) in row.iter().zip(&differences) {
-                    // Third derivatives of lengths of 400 mm by radian: 1e3 h^2 / 6 and rounding of 1e-13 / h.
+                    // Third derivatives of lengths of 400 mm by radian: 1e3 h^2 / 6 and rounding of 1e-13 /
+                    // h.
                     assert!((rate - column[leg]).abs() < 1e-5, "{q:?}: {rates:?} {differences:?}");
                 }
             }

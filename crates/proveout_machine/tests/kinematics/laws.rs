@@ -1,5 +1,6 @@
-//! Laws that hold on every machine: inverse undoes forward, forward undoes inverse, derivatives are differences. One
-//! thousand random machines with skew axes on both sides, 115 poses each, of which 100,000 are away from singular ones.
+//! Laws that hold on every machine: inverse undoes forward, forward undoes inverse, derivatives are
+//! differences. One thousand random machines with skew axes on both sides, 115 poses each, of which 100,000
+//! are away from singular ones.
 
 use crate::kinematics::common::{Random, count, random_joints, random_machine};
 use proveout_geom::{Pose, wrap_near};
@@ -7,13 +8,15 @@ use proveout_machine::{JointValues, Machine};
 
 const MACHINES: usize = 1000;
 const POSES: usize = 115;
-/// The promise: 1e-9 mm and 1e-10 rad away from singular poses. Levers are up to 2 m, where doubles have 4e-13 mm.
+/// The promise: 1e-9 mm and 1e-10 rad away from singular poses. Levers are up to 2 m, where doubles have
+/// 4e-13 mm.
 const TIP_MM: f64 = 1e-9;
 const AXIS_RAD: f64 = 1e-10;
-/// A pose counts as away from singular when the rotary joints turn at most a hundred times faster than the tool axis;
-/// rounding of 1e-15 in the axis then stays below 1e-12 in the joints.
+/// A pose counts as away from singular when the rotary joints turn at most a hundred times faster than the
+/// tool axis; rounding of 1e-15 in the axis then stays below 1e-12 in the joints.
 const REGULAR_RATE: f64 = 1e-2;
-/// Slides after a rotary joint can come to lie in a plane; below this determinant the tip says little about them.
+/// Slides after a rotary joint can come to lie in a plane; below this determinant the tip says little about
+/// them.
 const REGULAR_VOLUME: f64 = 5e-2;
 
 /// Volume spanned by the slides as they stand, from the Jacobian's linear columns.
@@ -128,7 +131,8 @@ fn poses_near_the_singular_cone_are_kept() {
     assert!(worst[0] < 1e-6 && worst[1] < 1e-6, "{worst:?}");
 }
 
-/// The chain walk of `forward` against the two rigid poses of the tree, which share only the sine and cosine with it.
+/// The chain walk of `forward` against the two rigid poses of the tree, which share only the sine and cosine
+/// with it.
 #[test]
 fn forward_is_the_spindle_seen_from_the_table() {
     let mut random = Random(3);
@@ -146,8 +150,8 @@ fn forward_is_the_spindle_seen_from_the_table() {
     }
 }
 
-/// Central differences with a step of 1e-5 have an error of 1e-10/6 times the third derivative (a lever of 2 m) and
-/// rounding of 1e-12 / 1e-5: 1e-6 holds both.
+/// Central differences with a step of 1e-5 have an error of 1e-10/6 times the third derivative (a lever of 2
+/// m) and rounding of 1e-12 / 1e-5: 1e-6 holds both.
 #[test]
 fn the_jacobian_is_the_limit_of_differences() {
     let mut random = Random(4);

@@ -7,7 +7,8 @@ use crate::kinematics::{
 use proveout_geom::{ToolPose, Vector};
 use proveout_machine::Machine;
 
-/// Machines with both poles, one pole, and none; a held joint below the table and one between the rotary joints.
+/// Machines with both poles, one pole, and none; a held joint below the table and one between the rotary
+/// joints.
 fn machines() -> Vec<(String, Machine)> {
     let mut all: Vec<(String, Machine)> = types().into_iter().map(|(n, m)| (n.to_owned(), m)).collect();
     let held = |degrees: f64| format!("held = true\nhome_deg = {degrees:?}");
@@ -95,7 +96,8 @@ fn a_pole_is_left_where_the_branches_come_from() {
                         before = now;
                     }
                 }
-                // The same way backward is the other branch's way on: a pole is passed straight without a turn.
+                // The same way backward is the other branch's way on: a pole is passed straight without a
+                // turn.
                 let back = machine.leaving_pole(&pole, &-direction, &both[0]).expect("two rotary joints");
                 assert!((back[1] - both[0]).max_abs() < 1e-12, "{name}");
             }

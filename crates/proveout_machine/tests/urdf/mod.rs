@@ -1,4 +1,5 @@
-//! Machines from URDF files: the motion of the machine is that of the description, and what is no machine is refused.
+//! Machines from URDF files: the motion of the machine is that of the description, and what is no machine is
+//! refused.
 
 mod bad;
 mod geometry;

@@ -14,7 +14,8 @@ use crate::urdf::{
 /// Which joint of the file an axis is, and whether the control counts against it.
 type Letters<'a> = &'a [(&'a str, &'a str, bool)];
 
-/// Largest difference in mm and in the axis between both at zero, at both ends of every joint, and at random places.
+/// Largest difference in mm and in the axis between both at zero, at both ends of every joint, and at random
+/// places.
 fn compare(
     machine: &Machine,
     all: &[OracleJoint],
@@ -175,7 +176,8 @@ fn reversed_axes_count_the_other_way() {
     }
 }
 
-/// Random trees: fixed joints between, oblique axes and frames, axes on both sides in any order, side branches.
+/// Random trees: fixed joints between, oblique axes and frames, axes on both sides in any order, side
+/// branches.
 #[test]
 fn random_trees_move_as_their_description() {
     let (mut seen, mut oblique) = (0, 0);

@@ -118,7 +118,8 @@ pub(crate) fn arithmetic(message: impl Into<String>, span: Span) -> Fault {
     Fault::new(codes::ARITHMETIC, span, message).help("check the values of the calculation")
 }
 
-/// A text that was put together, refused where it grows without end: doubled forty times it would fill the memory.
+/// A text that was put together, refused where it grows without end: doubled forty times it would fill the
+/// memory.
 pub(crate) fn short_text(text: String, span: Span) -> Result<String, Fault> {
     if text.len() <= MAX_TEXT {
         return Ok(text);
@@ -169,7 +170,8 @@ pub(crate) fn apply(function: Function, x: f64, span: Span) -> Result<f64, Fault
     })
 }
 
-/// Value of an operation on numbers. Languages in which an operator means something else ask here for the others.
+/// Value of an operation on numbers. Languages in which an operator means something else ask here for the
+/// others.
 pub(crate) fn combine(operator: Operator, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
     let divides = matches!(operator, Operator::Divide | Operator::Div | Operator::Mod);
     if divides && b == 0.0 {

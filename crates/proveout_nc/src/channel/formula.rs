@@ -1,4 +1,5 @@
-//! How formulas are read: one parser by priorities (Pratt, *Top down operator precedence*, 1973) for all languages.
+//! How formulas are read: one parser by priorities (Pratt, *Top down operator precedence*, 1973) for all
+//! languages.
 //!
 //! ```text
 //!   formula = operand { operator operand }        operators of one priority from left to right
@@ -16,7 +17,8 @@ use crate::scan::Scanner;
 /// What the formulas of a language are made of.
 #[derive(Debug)]
 pub(crate) struct Grammar {
-    /// Operators with their priorities, the highest binds strongest; longer ones before those that they begin with.
+    /// Operators with their priorities, the highest binds strongest; longer ones before those that they begin
+    /// with.
     pub(crate) operators: &'static [(&'static str, Operator, u8)],
     /// A word is an operator only where no letter or digit follows it; otherwise blanks are
     /// optional and words may follow each other directly.

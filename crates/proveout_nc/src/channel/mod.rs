@@ -69,7 +69,8 @@ pub(crate) trait Language: Debug + Sized {
     /// What stays in force from block to block.
     type Modal: Debug;
 
-    /// Structure of a file, and what is wrong with it. `main`: the file is that of the program, not of a subprogram.
+    /// Structure of a file, and what is wrong with it. `main`: the file is that of the program, not of a
+    /// subprogram.
     fn index(&self, source: &Source, main: bool, faults: &mut Vec<Diagnostic>) -> Self::Index;
 
     /// Executes the next block.

@@ -130,7 +130,8 @@ impl<L: Language> Channel<L> {
         Ok(())
     }
 
-    /// Where the machine's reference point `points` (home, or the second one) has an axis that `word` sends there.
+    /// Where the machine's reference point `points` (home, or the second one) has an axis that `word` sends
+    /// there.
     pub(crate) fn stated_reference(
         points: &ReferencePoints,
         second: bool,

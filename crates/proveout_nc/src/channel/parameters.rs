@@ -1,4 +1,5 @@
-//! Where a program depends on parameters of its control: what the feed counts, and which way a rotary axis goes.
+//! Where a program depends on parameters of its control: what the feed counts, and which way a rotary axis
+//! goes.
 
 use std::f64::consts::{PI, TAU};
 

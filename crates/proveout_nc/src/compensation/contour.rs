@@ -108,7 +108,8 @@ impl Element {
 
     fn offset_point(&self, point: Point, offset: f64) -> Point {
         match (self.shape, self.offset_radius(offset)) {
-            // On the one circle of all its points, although start and end of a programmed arc may differ by rounding.
+            // On the one circle of all its points, although start and end of a programmed arc may differ by
+            // rounding.
             (ElementShape::Arc { center, .. }, Some(radius)) => along(center, unit(sub(point, center)), radius),
             _ => along(point, left(self.first_tangent()), offset),
         }

@@ -1,4 +1,5 @@
-//! From one block of the contour to the next: where the path of the tool center leaves the first and enters the second.
+//! From one block of the contour to the next: where the path of the tool center leaves the first and enters
+//! the second.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -30,7 +31,8 @@ pub(crate) struct CompStyle {
     /// KONT: entry and exit go around the contour where they start or end on its far side. On the
     /// side of the tool, as NORM.
     pub(crate) follow_contour: bool,
-    /// So many blocks with a motion in the plane the control looks ahead for places where the tool does not fit.
+    /// So many blocks with a motion in the plane the control looks ahead for places where the tool does not
+    /// fit.
     pub(crate) look_ahead: usize,
 }
 
@@ -164,7 +166,8 @@ pub(super) struct BlockStart {
     pub(super) element: Element,
     /// Where the tool center begins it.
     pub(super) from: Point,
-    /// What is left of it from there, in the unit of [`Element::extent`]; below zero where the tool is past its end.
+    /// What is left of it from there, in the unit of [`Element::extent`]; below zero where the tool is past
+    /// its end.
     pub(super) rest: f64,
 }
 
@@ -224,7 +227,8 @@ pub(super) fn join(
             if norm(sub(p, beside)) > SAME_POINT_MM {
                 pieces.push(CornerPiece::LineTo(beside));
             }
-            // At a cusp whose tangents have crossed by rounding, the way around is a little more than half a turn.
+            // At a cusp whose tangents have crossed by rounding, the way around is a little more than half a
+            // turn.
             let crossed = cosine < 0.0 && offset * sine > 0.0;
             let sweep = if crossed { TAU - turn } else { turn };
             pieces.push(CornerPiece::ArcTo { end: q, counter_clockwise: offset < 0.0, sweep });

@@ -243,7 +243,8 @@ impl Bounds {
         self.take(other.high);
     }
 
-    /// A distance that no point of the box goes below, to an element with the given box; NaN coordinates give zero.
+    /// A distance that no point of the box goes below, to an element with the given box; NaN coordinates give
+    /// zero.
     pub(super) fn at_least(&self, element: &Element, bounds: &Self) -> f64 {
         let gap = |i: usize| (bounds.low[i] - self.high[i]).max(self.low[i] - bounds.high[i]).max(0.0);
         let boxes = norm([gap(0), gap(1)]);

@@ -1,7 +1,8 @@
 //! Cutter radius compensation: from the programmed contour to the path of the tool center.
 //!
-//! A stage after the readers of all dialects. It works where [`Compensation::ToolCenter`] gives the radii of the tools;
-//! otherwise commands pass through one by one and [`Op::CutterComp`] says what the control would do.
+//! A stage after the readers of all dialects. It works where [`Compensation::ToolCenter`] gives the radii of
+//! the tools; otherwise commands pass through one by one and [`Op::CutterComp`] says what the control would
+//! do.
 //!
 //! # Geometry
 //!
@@ -62,7 +63,8 @@
 //!   the corner, as the manual of Siemens says of G450.
 //! * *Another radius* while it is on: a straight block begins with the old one and ends with the new one.
 //! * Axes outside of the plane move along with their block; pieces of corners keep them still.
-//! * Feed on arcs holds at the contour with CFC (standard of Siemens), inside of it with CFIN, else at the tool center.
+//! * Feed on arcs holds at the contour with CFC (standard of Siemens), inside of it with CFIN, else at the
+//!   tool center.
 //!
 //! # Limits
 //!

@@ -4,7 +4,8 @@ use super::contour::Point;
 use crate::frame::{self, Frame};
 use crate::{AXIS_LETTERS, AxisValues};
 
-/// Directions of the working plane in base coordinates: unit vectors, also under a frame that scales all axes alike.
+/// Directions of the working plane in base coordinates: unit vectors, also under a frame that scales all axes
+/// alike.
 ///
 /// Under a mirror `u`, `v` are a left-handed pair: what is left in the program stays left in `u` and `v`, so
 /// the whole path is the mirror image, as on the controls, which swap G41 and G42 then.
@@ -25,7 +26,8 @@ pub(super) struct CompPlane {
 }
 
 impl CompPlane {
-    /// Plane with this normal axis (0 X, 1 Y, 2 Z) under a frame; none when the frame scales the axes differently.
+    /// Plane with this normal axis (0 X, 1 Y, 2 Z) under a frame; none when the frame scales the axes
+    /// differently.
     pub(super) fn new(normal: usize, frame: &Frame) -> Option<Self> {
         let scale = frame.uniform_scale()?;
         let axis = |i: usize| {

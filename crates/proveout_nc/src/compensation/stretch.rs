@@ -1,4 +1,5 @@
-//! A stretch of compensated contour with the path of the tool center along it, and where the tool enters the contour.
+//! A stretch of compensated contour with the path of the tool center along it, and where the tool enters the
+//! contour.
 //!
 //! Every piece of the path is checked against every block of the contour, whatever lies between
 //! them. Their least distance, in closed form ([`super::distance`]), must be the tool radius but

@@ -72,7 +72,8 @@ pub(crate) struct ControlFile {
     /// M words that neither the language nor this file knows.
     #[serde(default)]
     pub(crate) unlisted: UnlistedFile,
-    /// Meaning of words: M25, G70, G38.2; for a Sinumerik names of functions and cycles too, for APT the major words.
+    /// Meaning of words: M25, G70, G38.2; for a Sinumerik names of functions and cycles too, for APT the
+    /// major words.
     #[serde(default)]
     pub(crate) words: BTreeMap<String, WordFile>,
     /// Where the statements of this file come from: the path of a key ("start.plane", "words.M25", "start"
@@ -157,7 +158,8 @@ pub(crate) enum WithoutPointFile {
     Units,
     /// X10 is ten least increments.
     Increments,
-    /// X10 is 10 mm, inches or degrees, and the finding program-assumed says so: a setting of the machine decides.
+    /// X10 is 10 mm, inches or degrees, and the finding program-assumed says so: a setting of the machine
+    /// decides.
     Assume,
     /// X10 is refused, X0 is not.
     Refuse,
@@ -257,7 +259,8 @@ pub(crate) struct FeedFile {
     pub(crate) missing: Option<MissingFeedFile>,
     /// With missing = "value": the feed that is taken, reported as an assumption.
     pub(crate) missing_mm_min: Option<f64>,
-    /// F of this number and above is rapid traverse, as on older controls whose programs have F9999 or F15999 for it.
+    /// F of this number and above is rapid traverse, as on older controls whose programs have F9999 or F15999
+    /// for it.
     pub(crate) rapid_from_mm_min: Option<f64>,
 }
 

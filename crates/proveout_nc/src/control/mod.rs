@@ -1,4 +1,5 @@
-//! A control as data: what the builder of a machine and the set-up of its control decide about the words of a program.
+//! A control as data: what the builder of a machine and the set-up of its control decide about the words of a
+//! program.
 //!
 //! A file `controls/NAME.toml` says what M and G words mean, what is in force at the start, how
 //! numbers without a decimal point are read, how round an arc must be, and so on. A file may

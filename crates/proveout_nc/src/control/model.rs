@@ -180,7 +180,8 @@ pub struct Control {
     pub(crate) fine_boring: FineBoring,
     /// G71 and M53, M54 say where cycles come back to, and not G98 and G99.
     pub(crate) stated_returns: bool,
-    /// I is the depth of a cycle, Z the plane above the hole, K the dwell: a Fagor, whose other words come with it.
+    /// I is the depth of a cycle, Z the plane above the hole, K the dwell: a Fagor, whose other words come
+    /// with it.
     pub(crate) depth_in_i: bool,
     /// Words of Okuma OSP are read: VC variables, CALL, RTS, NCYL.
     pub(crate) osp_words: bool,

@@ -40,7 +40,8 @@ pub(crate) struct ParametersFile {
     /// Letter of the rotary axis whose angle DIR of CYCLE800, SEQ of PLANE and the choice of G53.1 refer to;
     /// the rotary axis nearest to the tool when left out.
     pub(crate) tilt_reference: Option<String>,
-    /// Of two positions of the rotary axes on a tilted plane, the one that is taken where the program does not choose.
+    /// Of two positions of the rotary axes on a tilted plane, the one that is taken where the program does
+    /// not choose.
     pub(crate) tilt_solution: Option<TiltSolution>,
     /// How far corners may be rounded under G64 without P, mm; without the key as far as the acceleration of
     /// the axes needs.

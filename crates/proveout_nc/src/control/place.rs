@@ -32,7 +32,8 @@ impl<'a> ControlText<'a> {
         span
     }
 
-    /// Paths of all keys with a value that is no table, outermost first; a word with its meaning counts as one.
+    /// Paths of all keys with a value that is no table, outermost first; a word with its meaning counts as
+    /// one.
     pub(super) fn paths(&self) -> Vec<String> {
         let mut list = Vec::new();
         let Some(tree) = &self.tree else { return list };

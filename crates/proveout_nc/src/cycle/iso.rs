@@ -11,8 +11,9 @@ use crate::g_code::{G69, G73, G74, G76, G77, G81, G82, G83, G84, G85, G86, G87, 
 pub(crate) struct CycleSet {
     /// Words without effect in their cycle are noted.
     pub(crate) notes_idle_words: bool,
-    /// Way above the last depth to which the tool comes back after an infeed, mm: 0.010 inch of the interpreter
-    /// of `LinuxCNC`; setting 22 of a Haas (0.05 inch); chosen for parameters 5114 and 5115 of a Fanuc.
+    /// Way above the last depth to which the tool comes back after an infeed, mm: 0.010 inch of the
+    /// interpreter of `LinuxCNC`; setting 22 of a Haas (0.05 inch); chosen for parameters 5114 and 5115 of a
+    /// Fanuc.
     pub(crate) peck_clearance_mm: f64,
     /// G73 and G83 dwell at the bottom.
     pub(crate) pecks_dwell: bool,

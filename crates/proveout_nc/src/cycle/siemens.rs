@@ -1,7 +1,7 @@
 //! The cycles of a Sinumerik 840D sl: the arguments of each, in their order.
 //!
-//! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02) and *NC programming* (12/2019), "Programming cycles
-//! externally"; which of them are from memory says the README.
+//! After Siemens, *SINUMERIK 840D Programming Guide Cycles* (11.02) and *NC programming* (12/2019),
+//! "Programming cycles externally"; which of them are from memory says the README.
 //!
 //! A unit follows the name of an argument, then what it is called where it is missing, then its value where
 //! it is left out.
@@ -226,7 +226,8 @@ impl Values {
         Err(self.fault(codes::UNSUPPORTED_WORD, message, "choose the plane with G17, G18 or G19"))
     }
 
-    /// GMODE and DMODE of a cycle for one hole (Operate): another reference of the depth or another plane is refused.
+    /// GMODE and DMODE of a cycle for one hole (Operate): another reference of the depth or another plane is
+    /// refused.
     pub(crate) fn check_modes(&self, normal: usize) -> Result<(), Fault> {
         let (geometry, ..) = (self.value("GMODE")?, self.value("DMODE")?, self.value("AMODE")?);
         if geometry != 0.0 {
@@ -270,7 +271,8 @@ impl Values {
         self.heights_below(planes, below)
     }
 
-    /// `below`: depth below the reference plane, without sign, away from the retraction plane; 0 where it is absolute.
+    /// `below`: depth below the reference plane, without sign, away from the retraction plane; 0 where it is
+    /// absolute.
     fn heights_below(&self, [retraction, reference, safety, depth]: [&str; 4], below: f64) -> Result<Heights, Fault> {
         let (second, surface) = (self.value(retraction)?, self.value(reference)?);
         let depth = match below {

@@ -119,7 +119,8 @@ impl Values {
         }
     }
 
-    /// The same where the cycle cannot do without, or has a value of its own for a parameter that is not written.
+    /// The same where the cycle cannot do without, or has a value of its own for a parameter that is not
+    /// written.
     pub(crate) fn value(&self, of: impl Of) -> Result<f64, Fault> {
         let Some(parameter) = of.of(self.spec) else { return Ok(0.0) };
         match (self.number_of(&parameter)?, parameter.usual) {

@@ -51,7 +51,8 @@ fn from_text(text: &str) -> Dialect {
             return Dialect::Apt;
         }
         if let Some(name) = line.strip_prefix('%') {
-            // A TNC writes `%NAME G71 *`; ISO controls leave the rest of the line empty or write a number or a comment.
+            // A TNC writes `%NAME G71 *`; ISO controls leave the rest of the line empty or write a number or
+            // a comment.
             return if name.contains('*') { Dialect::HeidenhainIso } else { Dialect::Iso };
         }
         if line.strip_prefix('O').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {

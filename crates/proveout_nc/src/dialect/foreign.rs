@@ -52,7 +52,8 @@ const WORDS: [(&str, &str); 35] = [
     ("$WHILE", FAGOR_8065),
 ];
 
-/// The fault of a line, with the control that the line looks like where that is another than the one that reads it.
+/// The fault of a line, with the control that the line looks like where that is another than the one that
+/// reads it.
 pub(super) fn told(fault: Fault, line: &str, reader: &str) -> Fault {
     match looks_like(line).or_else(|| looks_iso(line)) {
         Some(control) if control != reader => fault.help(named(control)),

@@ -73,7 +73,8 @@ pub(crate) trait Reader: Debug {
     }
 }
 
-/// The reader of a program. `folder`: where the main program lies, if it is a file. `dialect` is not [`Dialect::Auto`].
+/// The reader of a program. `folder`: where the main program lies, if it is a file. `dialect` is not
+/// [`Dialect::Auto`].
 pub(crate) fn open(
     dialect: Dialect,
     source: Source,

@@ -65,7 +65,8 @@ impl JsonWriter {
         Self::default()
     }
 
-    /// Writes the lines of a command: mostly one; a feed in another mode than before is preceded by its `feed_mode`.
+    /// Writes the lines of a command: mostly one; a feed in another mode than before is preceded by its
+    /// `feed_mode`.
     ///
     /// # Errors
     /// What the sink reports.

@@ -1,4 +1,5 @@
-//! What all posts share: lines with numbers, numbers with decimals, frames above a work offset, points on circles.
+//! What all posts share: lines with numbers, numbers with decimals, frames above a work offset, points on
+//! circles.
 
 use std::f64::consts::TAU;
 use std::io::Write;
@@ -150,8 +151,8 @@ impl PostFrames {
         Self { settable: Frame::IDENTITY, above: Frame::IDENTITY, called: false }
     }
 
-    /// A motion of a program that has called no work offset: the control has one in force from the start, so its values
-    /// must be zero. 840D programs can do without any, and a TNC has row 0 of its presets.
+    /// A motion of a program that has called no work offset: the control has one in force from the start, so
+    /// its values must be zero. 840D programs can do without any, and a TNC has row 0 of its presets.
     pub(crate) fn before_motion(&mut self, op: &Op, settings: &PostSettings, word: &str) -> Result<(), Unpostable> {
         let motion = match op {
             _ if self.called => return Ok(()),
@@ -257,8 +258,8 @@ pub(crate) fn along_axis(direction: [f64; 3]) -> Option<(usize, f64)> {
     Some((axis, direction[axis].signum()))
 }
 
-/// The number of a work offset, counted from 1 on every control: G54 to G59 are 1 to 6, `G54.1 P1` is 7 (G59.1 of
-/// `LinuxCNC` and `G154 P1` of a Haas too), G505 of an 840D is 5, row 1 of a preset table is 1.
+/// The number of a work offset, counted from 1 on every control: G54 to G59 are 1 to 6, `G54.1 P1` is 7
+/// (G59.1 of `LinuxCNC` and `G154 P1` of a Haas too), G505 of an 840D is 5, row 1 of a preset table is 1.
 pub(crate) fn offset_number(word: &str) -> Option<u32> {
     let number = |text: &str| text.parse::<u32>().ok();
     if let Some(row) = word.strip_prefix("PRESET") {

@@ -1,4 +1,5 @@
-//! Siemens 840D text: TRAORI with rotary axes or vectors, frames as TRANS and AROT, arcs with absolute centers.
+//! Siemens 840D text: TRAORI with rotary axes or vectors, frames as TRANS and AROT, arcs with absolute
+//! centers.
 
 use std::f64::consts::TAU;
 use std::io::Write;

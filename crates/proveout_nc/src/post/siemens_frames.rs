@@ -16,8 +16,8 @@ impl<W: Write> SiemensPost<W> {
     pub(crate) fn frame_lines(&mut self, change: &FrameChange) -> Result<Vec<String>, Unpostable> {
         let total = Frame { linear: change.rotation, translation: change.translation, rotary: change.rotary };
         let mut lines = Vec::new();
-        // A work offset only shifts and a swivel plane only turns and shifts, so what lies above them follows by
-        // subtracting and turning back.
+        // A work offset only shifts and a swivel plane only turns and shifts, so what lies above them follows
+        // by subtracting and turning back.
         let turn = &self.swivel.linear;
         let back = Frame { linear: std::array::from_fn(|r| std::array::from_fn(|c| turn[c][r])), ..Frame::IDENTITY };
         let shift = frame::sub(frame::sub(total.translation, self.settable.translation), self.swivel.translation);

@@ -250,7 +250,8 @@ fn motion(a: &Motion, b: &Motion, limits: VerifyLimits) -> Option<String> {
     });
     let lost = (0..3)
         .any(|axis| a.programmed >> axis & 1 == 1 && a.end_base.get(axis).is_some() != b.end_base.get(axis).is_some());
-    // Where neither knows the base, as in a turned frame before all axes are known, the words themselves are compared.
+    // Where neither knows the base, as in a turned frame before all axes are known, the words themselves are
+    // compared.
     let words_apart = (0..3).any(|axis| {
         let unknown = a.end_base.get(axis).is_none() && b.end_base.get(axis).is_none();
         let words = a.end.get(axis).zip(b.end.get(axis));
@@ -271,8 +272,8 @@ fn motion(a: &Motion, b: &Motion, limits: VerifyLimits) -> Option<String> {
 
 fn arc(a: &ArcMotion, b: &ArcMotion, limits: VerifyLimits) -> Option<String> {
     let about = (0..3).all(|i| near(a.normal_base[i], b.normal_base[i], NORMAL));
-    // Rounding of both ends moves the center of a short arc by the inverse of its half chord; said by its radius, the
-    // center of an arc near a half turn by the inverse of its height over the chord.
+    // Rounding of both ends moves the center of a short arc by the inverse of its half chord; said by its
+    // radius, the center of an arc near a half turn by the inverse of its height over the chord.
     let (s, c) = (0.5 * a.sweep.min(TAU)).sin_cos();
     let lever = (1.0 / s.abs().max(LEAST_SINE)).max(1.0 / c.abs().max(0.17));
     let radius = near(a.radius, b.radius, 4.0 * limits.length_mm * lever) || is_flat(a, limits);

@@ -47,7 +47,8 @@ fn motions(commands: &[Command]) -> Vec<(&Op, Option<Feed>)> {
     list
 }
 
-/// A helix of several turns comes back as one block a turn where the control has no word for turns: joins them.
+/// A helix of several turns comes back as one block a turn where the control has no word for turns: joins
+/// them.
 fn joined(a: &[(&Op, Option<Feed>)], b: &[(&Op, Option<Feed>)]) -> Vec<(Op, Option<Feed>)> {
     let mut b = b.iter();
     let mut list = Vec::new();
@@ -103,8 +104,9 @@ pub fn same_commands(first: &[Command], second: &[Command], length: f64, text: &
                 for i in 0..3 {
                     near(a.normal_base[i], b.normal_base[i], 1e-6);
                 }
-                // Rounding of both ends moves the center of a short arc by the inverse of its half chord; said by its
-                // radius, the center of an arc near a half turn by the inverse of its height over the chord.
+                // Rounding of both ends moves the center of a short arc by the inverse of its half chord;
+                // said by its radius, the center of an arc near a half turn by the inverse of its height over
+                // the chord.
                 let (s, c) = (0.5 * a.sweep.min(std::f64::consts::TAU)).sin_cos();
                 let lever = (1.0 / s.abs().max(1e-3)).max(1.0 / c.abs().max(0.17));
                 near(a.radius, b.radius, 4.0 * length * lever);

@@ -1,5 +1,5 @@
-//! Mutation of seed programs, and one run of a mutated program: used by the replay test, the runner of minutes, and the
-//! cargo-fuzz targets. Deterministic: the same seed of numbers gives the same inputs.
+//! Mutation of seed programs, and one run of a mutated program: used by the replay test, the runner of
+//! minutes, and the cargo-fuzz targets. Deterministic: the same seed of numbers gives the same inputs.
 
 use proveout_nc::{Dialect, Limits, Program, Settings, check_text, explain};
 
@@ -15,7 +15,8 @@ pub const DIALECTS: [(&str, Dialect); 8] = [
     ("apt", Dialect::Apt),
 ];
 
-/// Commands of one input: 500 passes of a text of a few kilobytes, a cycle gives up to some thousand motions a pass.
+/// Commands of one input: 500 passes of a text of a few kilobytes, a cycle gives up to some thousand motions
+/// a pass.
 pub const MAX_COMMANDS: usize = 20_000_000;
 
 /// Numbers in a fixed order (Knuth's constants of MMIX).

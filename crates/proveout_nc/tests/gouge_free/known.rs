@@ -155,7 +155,8 @@ fn near_tangent_corners_leave_no_spikes_and_no_crumbs() {
     }
 }
 
-/// A slot of the given width that opens into a circle of 5 mm, in so many arcs, run with the inside on the left.
+/// A slot of the given width that opens into a circle of 5 mm, in so many arcs, run with the inside on the
+/// left.
 fn keyhole(width: f64, radius: f64, arcs: usize) -> Contour {
     let (x, y) = (0.5 * width, (25.0 - 0.25 * width * width).sqrt());
     let (first, sweep) = (y.atan2(-x), TAU - 2.0 * x.atan2(y));
@@ -233,7 +234,8 @@ fn beginning_and_ending_on_extensions_of_the_sides_is_no_fault() {
 
 #[test]
 fn closing_in_the_corner_that_it_began_beside_is_no_fault() {
-    // As it is written by hand: on the extension of the first side, around, and off where the last side meets it.
+    // As it is written by hand: on the extension of the first side, around, and off where the last side meets
+    // it.
     let blocks = [[-15.0, 15.0], [15.0, 15.0], [15.0, -15.0], [-15.0, -15.0]].map(Block::Line).to_vec();
     for dialect in DIALECTS {
         for ahead in [false, true] {
@@ -308,7 +310,8 @@ fn heights_and_rapid_motions_are_distinguished() {
     // At another height the second wall may be another one.
     let above = of(slot(turn, "Z5"), 4.0).unwrap();
     assert!(above.contains(&OvercutKind::Above), "{above:?}");
-    // Way back at rapid rate, high over the first wall: nothing is cut, and nothing stands there that could be.
+    // Way back at rapid rate, high over the first wall: nothing is cut, and nothing stands there that could
+    // be.
     let rapid = slot("Y-10\nX110\nY16\nX90\nG0 Y6", "").replace("G40", "G40 G1");
     let rapid = form.read(&rapid, Some(4.0)).unwrap();
     assert!(!inner(&rapid).contains(&OvercutKind::Narrow), "{rapid:?}");

@@ -20,7 +20,8 @@ use program::{Contour, DIALECTS, Form, Read};
 use random::{Random, Visits};
 use shape::{Shape, distance};
 
-/// What the crate calls a cut, mm ([`proveout_nc::OvercutKind`] is told above 1e-3), and what the search may be off.
+/// What the crate calls a cut, mm ([`proveout_nc::OvercutKind`] is told above 1e-3), and what the search may
+/// be off.
 const CUT_MM: f64 = 1e-3;
 const SEARCH_MM: f64 = 1e-6;
 

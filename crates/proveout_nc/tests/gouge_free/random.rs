@@ -229,7 +229,8 @@ pub(crate) fn legal(random: &mut Random, visits: &mut Visits) -> Contour {
     finish(random, chain, start, heading, left, radius)
 }
 
-/// Entry and exit: square to the contour, from a distance of one and a half to four radii on the side of the tool.
+/// Entry and exit: square to the contour, from a distance of one and a half to four radii on the side of the
+/// tool.
 fn finish(random: &mut Random, chain: Chain, start: Point, first: f64, left: bool, radius: f64) -> Contour {
     let side = if left { 1.0 } else { -1.0 };
     let beside = |p: Point, heading: f64, far: f64| {

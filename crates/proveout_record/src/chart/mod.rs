@@ -1,4 +1,5 @@
-//! Charts of the pages as SVG. Every text goes through [`escape`]; the result is markup without scripts or references.
+//! Charts of the pages as SVG. Every text goes through [`escape`]; the result is markup without scripts or
+//! references.
 
 mod curves;
 mod dots;

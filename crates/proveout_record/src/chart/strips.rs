@@ -32,8 +32,8 @@ impl<'a> SignalStrip<'a> {
     }
 }
 
-/// Strips above each other with a common time axis from 0 to `end` (s), and vertical lines at `changes` (s); `width` in
-/// units of which 11 are the height of a letter.
+/// Strips above each other with a common time axis from 0 to `end` (s), and vertical lines at `changes` (s);
+/// `width` in units of which 11 are the height of a letter.
 ///
 /// Every text goes through [`escape`]; the result is SVG markup without scripts or references.
 pub(crate) fn svg(strips: &[SignalStrip<'_>], width: f64, end: f64, changes: &[f64], label: &str) -> String {

@@ -28,13 +28,15 @@ pub struct Trace {
     windows: [Vec<JointTrace>; 2],
 }
 
-/// Position, velocity, acceleration and jerk of a joint over the time since the begin of the window; mm or degrees.
+/// Position, velocity, acceleration and jerk of a joint over the time since the begin of the window; mm or
+/// degrees.
 #[derive(Clone, Debug, Default)]
 struct JointTrace {
     signals: [Envelope; 4],
 }
 
-/// Gathers the set points of a program for the page of a comparison. Memory does not grow with the length of the run.
+/// Gathers the set points of a program for the page of a comparison. Memory does not grow with the length of
+/// the run.
 pub struct TraceObserver {
     windows: [[f64; 2]; 2],
     units: Vec<JointUnit>,
@@ -42,7 +44,8 @@ pub struct TraceObserver {
 }
 
 impl TraceObserver {
-    /// An observer of these windows (begin and end, s of the program), and where its trace lies after the run.
+    /// An observer of these windows (begin and end, s of the program), and where its trace lies after the
+    /// run.
     pub fn new(windows: [[f64; 2]; 2]) -> (Self, Arc<Mutex<Trace>>) {
         let trace = Arc::new(Mutex::new(Trace::default()));
         (Self { windows, units: Vec::new(), trace: Arc::clone(&trace) }, trace)

@@ -24,7 +24,8 @@ const MORE_CSS: &str = include_str!("../../templates/compare.css");
 const VIEWER: &str = include_str!("../../templates/viewer.js");
 const MAPS: &str = include_str!("../../templates/maps.js");
 const WIDTH: f64 = 1080.0;
-/// Size of a chart in which a degree is as long across as up: its frame, with the margins of names and numbers.
+/// Size of a chart in which a degree is as long across as up: its frame, with the margins of names and
+/// numbers.
 const SQUARE: [f64; 2] = [536.0, 569.2];
 /// A held joint trembles by the rounding of corners and by the decimals of the text: less is no motion that
 /// was asked for, mm/s or degrees/s.
@@ -348,7 +349,8 @@ fn capital(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// The stretch between two neighboring marks in the middle of the path, with a margin; none without two marks.
+/// The stretch between two neighboring marks in the middle of the path, with a margin; none without two
+/// marks.
 fn window(curve: &StudyCurve) -> Option<[f64; 2]> {
     if curve.role != Role::Marks {
         return None;

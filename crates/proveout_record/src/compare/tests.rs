@@ -1,4 +1,5 @@
-//! The page over plain data: no loads from elsewhere, nothing unescaped, well-formed markup, every section there.
+//! The page over plain data: no loads from elsewhere, nothing unescaped, well-formed markup, every section
+//! there.
 
 use std::collections::BTreeMap;
 

@@ -42,7 +42,8 @@ const MOST: usize = 12;
 const PANEL: [usize; 2] = [440, 340];
 /// Points between the panels.
 const GAP: usize = 12;
-/// Half of the height of the setup that is shown, as a share of the smaller body's diagonal, and its range, mm.
+/// Half of the height of the setup that is shown, as a share of the smaller body's diagonal, and its range,
+/// mm.
 const SETUP: (f64, [f64; 2]) = (0.7, [30.0, 400.0]);
 /// Half of the height near the place, mm.
 const CLOSE: f64 = 8.0;

@@ -14,7 +14,8 @@ use crate::{canvas::Canvas, projection::Projection};
 pub(crate) const COLORS: [[u8; 3]; 3] = [[213, 94, 0], [0, 114, 178], [190, 192, 196]];
 /// Where there is no body.
 const BACKGROUND: [u8; 3] = [250, 250, 250];
-/// A body of which less than this part is seen is hatched where the other hides it, by stripes of so many points.
+/// A body of which less than this part is seen is hatched where the other hides it, by stripes of so many
+/// points.
 const SEEN: f64 = 0.25;
 const STRIPE: usize = 3;
 /// Share of the gray of a body that is drawn as glass.
@@ -58,7 +59,8 @@ impl Raster {
         });
     }
 
-    /// Points at which the first and the second body are seen, and the depth of the nearest of both in the middle, mm.
+    /// Points at which the first and the second body are seen, and the depth of the nearest of both in the
+    /// middle, mm.
     pub(crate) fn seen(&self) -> ([usize; 2], f64) {
         let [first, second, _] = &self.surfaces;
         let nearer = |a: &[(f64, f64)], b: &[(f64, f64)]| a.iter().zip(b).filter(|(a, b)| a.0 > b.0).count();

@@ -65,8 +65,9 @@ pub(crate) struct Layout<'a> {
 /// findings as text, time panel on simulated time. A recording of a re-scheduled program opens at its
 /// schedule, a viewer that is fed at the run.
 ///
-/// The builder of views has no camera, background and grid; they are logged into the same blueprint store as the
-/// entities `EyeControls3D`, `Background` and `LineGrid3D` of each view, which is where the viewer looks for them.
+/// The builder of views has no camera, background and grid; they are logged into the same blueprint store as
+/// the entities `EyeControls3D`, `Background` and `LineGrid3D` of each view, which is where the viewer looks
+/// for them.
 pub(crate) fn send(sink: &Sink, layout: &Layout<'_>) -> Result<(), RecordError> {
     let Layout { joints, drives, live, machine, work, schedule } = layout;
     let machine_view: ContainerLike = Spatial3DView::new("Machine")
@@ -223,7 +224,8 @@ fn schedule_page(views: &ScheduleViews, work: &Aabb, eyes: &mut Vec<Eye>) -> Con
     .into()
 }
 
-/// The plots of one axis above each other, each with its own unit; the views that get no legend are added to `plain`.
+/// The plots of one axis above each other, each with its own unit; the views that get no legend are added to
+/// `plain`.
 fn axis_tab(unit: &JointUnit, drives: bool, plain: &mut Vec<String>) -> ContainerLike {
     let length = symbol(unit.unit);
     let motion = ["position", "velocity", "acceleration", "jerk"].into_iter().zip(["", "/s", "/s²", "/s³"]);

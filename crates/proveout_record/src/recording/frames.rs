@@ -133,7 +133,8 @@ mod tests {
         }
     }
 
-    /// Frames that are made, and those that stay, of a run of so many seconds whose end is foreseen with an error.
+    /// Frames that are made, and those that stay, of a run of so many seconds whose end is foreseen with an
+    /// error.
     fn made(end: f64, foreseen: impl Fn(f64) -> f64) -> (usize, Vec<f64>) {
         let mut frames = FrameCollector::default();
         let mut count = 0;

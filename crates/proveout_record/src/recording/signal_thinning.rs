@@ -16,8 +16,8 @@ const REPEAT: f64 = 12.0;
 /// Most of them in one stretch.
 const MOST_REPEATS: f64 = 64.0;
 
-/// Spacing that grows with the number of rows written: 50 a second in the first 15 000 rows, 25 in the next, and so on,
-/// so that the number of rows grows with the logarithm of the length of the run.
+/// Spacing that grows with the number of rows written: 50 a second in the first 15 000 rows, 25 in the next,
+/// and so on, so that the number of rows grows with the logarithm of the length of the run.
 #[derive(Clone, Debug)]
 struct Spacing {
     rows: usize,

@@ -103,7 +103,8 @@ impl Sink {
         self.log(path, None, &rerun::ViewCoordinates::RIGHT_HAND_Z_UP())
     }
 
-    /// A mesh of one color, or with `colors` a vertex. Without triangles the entity becomes empty at that time.
+    /// A mesh of one color, or with `colors` a vertex. Without triangles the entity becomes empty at that
+    /// time.
     pub(crate) fn mesh(
         &self,
         path: EntityPath,
@@ -181,7 +182,8 @@ impl Sink {
         self.stream.send_columns(path, [times], columns).map_err(|e| self.fault(e))
     }
 
-    /// Name and color of the line of a signal in plots; `steps` for a signal that holds its value until the next one.
+    /// Name and color of the line of a signal in plots; `steps` for a signal that holds its value until the
+    /// next one.
     pub(crate) fn signal_style(
         &self,
         path: EntityPath,

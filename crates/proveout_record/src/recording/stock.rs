@@ -26,7 +26,8 @@ enum SurfaceWindow {
     Inside(Aabb),
 }
 
-/// Keeps the surface of each tile and joins tiles to groups, which are re-logged when one of their tiles changes.
+/// Keeps the surface of each tile and joins tiles to groups, which are re-logged when one of their tiles
+/// changes.
 #[derive(Debug, Default)]
 pub(crate) struct StockTiles {
     /// Every `step`-th node of the stock is used.
@@ -90,7 +91,8 @@ impl StockTiles {
         }
     }
 
-    /// Surface of every group with a tile that changed since the last call; without triangles when nothing is left.
+    /// Surface of every group with a tile that changed since the last call; without triangles when nothing is
+    /// left.
     pub(crate) fn take_changed(&mut self, stock: &TriDexel) -> BTreeMap<u32, Picture> {
         let mut groups = BTreeMap::new();
         for tile in std::mem::take(&mut self.changed) {

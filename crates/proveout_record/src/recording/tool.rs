@@ -19,7 +19,8 @@ fn role_color(role: Role) -> Rgba {
 const ROLES: [(Role, &str); 4] =
     [(Role::Cutting, "cutting"), (Role::Neck, "neck"), (Role::Shank, "shank"), (Role::Holder, "holder")];
 
-/// Name, color and picture of each role in the tip frame T; without triangles where the tool has no such part.
+/// Name, color and picture of each role in the tip frame T; without triangles where the tool has no such
+/// part.
 pub(crate) fn tool_pictures(tool: Option<&Tool>) -> Vec<(&'static str, Rgba, Picture)> {
     let picture = |(role, name): (Role, &'static str)| {
         let mut picture = Picture::default();

@@ -14,7 +14,8 @@ const LEAST_END_S: f64 = 1e-9;
 
 /// Shares of the programmed feed below which the classes after the first begin.
 pub(crate) const REACHED: [f64; 5] = [0.95, 0.8, 0.6, 0.4, 0.2];
-/// Shortest time in one class before the next may begin, s: what is shorter is less than a pixel at any useful zoom.
+/// Shortest time in one class before the next may begin, s: what is shorter is less than a pixel at any
+/// useful zoom.
 const IN_CLASS: f64 = 0.02;
 
 /// Class of a motion by the feed that it reached over that which is programmed: 0 for 95 percent and more, 5
@@ -127,7 +128,8 @@ impl Trace {
         }
     }
 
-    /// The lines, cut so that each ends in one of `bins` equal stretches of time from 0 to `end` (s): bin and line.
+    /// The lines, cut so that each ends in one of `bins` equal stretches of time from 0 to `end` (s): bin and
+    /// line.
     pub(crate) fn finish(mut self, end: f64, bins: usize) -> Vec<(usize, MotionStrip)> {
         self.close();
         let bin = |t: f64| ((t / end.max(LEAST_END_S) * bins as f64) as usize).min(bins.saturating_sub(1));

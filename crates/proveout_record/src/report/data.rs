@@ -71,7 +71,8 @@ pub(crate) struct PartView {
     pub(crate) triangles: usize,
     /// Edge of the cells of the reduction, mm; none when nothing was reduced.
     pub(crate) cell: Option<f64>,
-    /// Share of the measured points in each of equal classes from the end of the gouge's scale to that of the excess.
+    /// Share of the measured points in each of equal classes from the end of the gouge's scale to that of the
+    /// excess.
     pub(crate) shares: Vec<f64>,
     /// Shares below and above the scales.
     pub(crate) outside: [f64; 2],

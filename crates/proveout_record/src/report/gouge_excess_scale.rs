@@ -1,4 +1,5 @@
-//! Scales of the deviation colors on the page: one for gouge and one for excess, so that neither drowns the other.
+//! Scales of the deviation colors on the page: one for gouge and one for excess, so that neither drowns the
+//! other.
 
 use crate::{color::LEAST_FLOOR_MM, deviation_classes::Classes};
 
@@ -7,7 +8,8 @@ const SHARE: f64 = 0.99;
 /// Tolerances up to which the scale of a side reaches at first: what is far out of tolerance has one color,
 /// so that a clamping stub or a design in another unit does not make everything else look alike.
 const TOLERANCES: f64 = 20.0;
-/// A value may be above a number of two digits by this part of the second and still be rounded to it: rounding.
+/// A value may be above a number of two digits by this part of the second and still be rounded to it:
+/// rounding.
 const ROUNDING: f64 = 1e-9;
 
 /// Lengths that one side may be scaled to, mm.
@@ -60,7 +62,8 @@ impl Scales {
         Some(Self { gouge: side(-1.0, tolerance[0]), excess: side(1.0, tolerance[1]) })
     }
 
-    /// Place of a deviation between the ends of both scales, below 0 and above 1 past them; 0.5 on the design.
+    /// Place of a deviation between the ends of both scales, below 0 and above 1 past them; 0.5 on the
+    /// design.
     pub(crate) fn position(&self, deviation: f64) -> f64 {
         let range = if deviation < 0.0 { self.gouge.shown } else { self.excess.shown };
         0.5 + 0.5 * deviation / range

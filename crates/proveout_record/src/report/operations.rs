@@ -22,7 +22,8 @@ pub(crate) struct Operation {
     pub(crate) time_s: f64,
     pub(crate) feed_s: f64,
     pub(crate) rapid_s: f64,
-    /// Length in feed, mm, of the blocks that have a feed, and their times: taken, and at the programmed feed.
+    /// Length in feed, mm, of the blocks that have a feed, and their times: taken, and at the programmed
+    /// feed.
     pub(crate) feed_mm: f64,
     pub(crate) fed_s: f64,
     pub(crate) programmed_s: f64,

@@ -48,7 +48,8 @@ pub(crate) fn entry(name: &str, value: impl Into<String>, note: impl Into<String
     NamedValue { name: name.into(), value: value.into(), note: note.into() }
 }
 
-/// What a reader must know before the verdict: what was not the whole check, and what was not as the files say.
+/// What a reader must know before the verdict: what was not the whole check, and what was not as the files
+/// say.
 fn notices(v: &Verdict) -> Vec<String> {
     let mut all: Vec<String> = v.partial.iter().flat_map(Partial::words).collect();
     if !v.set.is_empty() {

@@ -299,7 +299,8 @@ fn drives_have_their_table_and_strips_and_saturation_is_marked() {
         assert!(page.contains(words), "{words}");
     }
     assert_eq!(page.matches("class=\"saturated\"").count(), 1, "one stretch at the force limit");
-    // Lower end of travel, both limits of speed, both of force; the upper end of travel and the acceleration are far.
+    // Lower end of travel, both limits of speed, both of force; the upper end of travel and the acceleration
+    // are far.
     assert_eq!(page.matches("class=\"limit\"").count(), 5);
     assert!(!page.contains("were not simulated"));
     // Without drives nothing is shown of them, and the page says so.

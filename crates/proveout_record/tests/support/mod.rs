@@ -1,5 +1,6 @@
-//! A small run without a controller: a real machine and tool, a path along a bulge and a tilted wall, the stock really
-//! cut, and signals from differences of the joint positions. What the observers see is what the engine would show them.
+//! A small run without a controller: a real machine and tool, a path along a bulge and a tilted wall, the
+//! stock really cut, and signals from differences of the joint positions. What the observers see is what the
+//! engine would show them.
 
 use std::{path::Path, sync::Arc};
 

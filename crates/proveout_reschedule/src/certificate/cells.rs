@@ -38,7 +38,8 @@ use proveout_geom::Vector;
 /// Two rotary joints and the axis that they turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisPair {
-    /// Direction of the inner joint with both at zero; the axis turns right-handed about it by the joint's value.
+    /// Direction of the inner joint with both at zero; the axis turns right-handed about it by the joint's
+    /// value.
     pub inner: Vector,
     /// Direction of the outer joint.
     pub outer: Vector,

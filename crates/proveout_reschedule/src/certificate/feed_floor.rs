@@ -104,7 +104,8 @@ mod tests {
         (points, times, random.between(0.0, 0.05))
     }
 
-    /// A way through the balls about the points that is made short, point by point: the most that a control could save.
+    /// A way through the balls about the points that is made short, point by point: the most that a control
+    /// could save.
     fn shortened(points: &[Point], rate: &[f64], off: f64) -> Vec<Point> {
         let mut y = points.to_vec();
         for _ in 0..400 {

@@ -176,7 +176,8 @@ fn times(least: &[f64]) -> Vec<f64> {
     times
 }
 
-/// The peak of a derivative (2 or 3) of positions at programmed times, as the bound counts it: by divided differences.
+/// The peak of a derivative (2 or 3) of positions at programmed times, as the bound counts it: by divided
+/// differences.
 pub fn peak_of(least: &[f64], positions: &[f64], order: usize) -> f64 {
     peak(&times(least), positions, order)
 }

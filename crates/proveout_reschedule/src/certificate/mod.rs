@@ -292,7 +292,8 @@ impl ScheduleSearch<'_> {
         None
     }
 
-    /// Corners of the taut string of a joint in a window with both ends free; none where one level passes all gates.
+    /// Corners of the taut string of a joint in a window with both ends free; none where one level passes all
+    /// gates.
     fn string(&self, joint: usize, [from, to]: [usize; 2]) -> Vec<Touch> {
         let gates = &self.schedules.joints[joint].gates;
         let ends = (
@@ -411,7 +412,8 @@ impl ScheduleSearch<'_> {
                 (best, time) = (proofs, own);
             }
         }
-        // Feed and travel have their best row already; halves prove more only where swings are best in some part.
+        // Feed and travel have their best row already; halves prove more only where swings are best in some
+        // part.
         if turns && window[1] - window[0] > 1 {
             let middle = (window[0] + window[1]) / 2;
             let mut halves = self.best([window[0], middle]);

@@ -11,7 +11,8 @@ fn only_velocity(velocity: f64) -> SwingLimits {
     SwingLimits { velocity, acceleration: f64::INFINITY, jerk: f64::INFINITY }
 }
 
-/// Least of `sum max(least, |dq|/V)` over a grid of positions, and by how much the grid may be above the least of all.
+/// Least of `sum max(least, |dq|/V)` over a grid of positions, and by how much the grid may be above the
+/// least of all.
 fn grid_velocity(schedules: &Schedules, points: usize) -> (f64, f64) {
     let joint = &schedules.joints[0];
     let cells = |[low, high]: [f64; 2]| -> Vec<f64> {
@@ -180,7 +181,8 @@ fn a_sine_in_its_own_channel_is_bound_by_its_swings() {
     assert!(certificate.bound < 8.54, "{}", certificate.bound);
 }
 
-/// The most that feed, swings and feed prove in a window, over all rows of gates: by a search over pairs of gates.
+/// The most that feed, swings and feed prove in a window, over all rows of gates: by a search over pairs of
+/// gates.
 fn best_swings(schedules: &Schedules, joint: usize) -> f64 {
     let JointGates { gates, limits, .. } = &schedules.joints[joint];
     let n = gates.len();

@@ -139,7 +139,8 @@ pub fn between_keys(arc: &[f64], keys: &[(usize, Vector)], window: f64) -> Vec<V
         if half <= 0.0 {
             continue;
         }
-        // Turns for a mm of way in the plane that touches the sphere at the key: from the one before, and to the next.
+        // Turns for a mm of way in the plane that touches the sphere at the key: from the one before, and to
+        // the next.
         let [came, goes] = [touching(&key, &keys[k - 1].1) / -before, touching(&key, &keys[k + 1].1) / behind];
         let (from, to) = (came * -half, goes * half);
         for (axis, s) in axes.iter_mut().zip(arc).filter(|(_, s)| (*s - at).abs() < half) {

@@ -1,4 +1,5 @@
-//! A bull-nose cutter at a contact: where it gouges by its curvature, how wide a strip it cuts, what section it leaves.
+//! A bull-nose cutter at a contact: where it gouges by its curvature, how wide a strip it cuts, what section
+//! it leaves.
 //!
 //! Everything is in the frame of the contact: origin at the contact, x along the feed, y = normal x feed, z
 //! the outward normal N. With T the tool axis, e the radius of the circle of corner centers and r the corner
@@ -205,7 +206,8 @@ pub(super) struct Rim {
     pub(super) rise: f64,
 }
 
-/// Unit vector across the axis `t`, from the contact's normal: away from the contact towards the tool's middle.
+/// Unit vector across the axis `t`, from the contact's normal: away from the contact towards the tool's
+/// middle.
 fn across(n: &Vector, t: &Vector) -> Vector {
     let w = n - t * n.dot(t);
     let length = w.norm();

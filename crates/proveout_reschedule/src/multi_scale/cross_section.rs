@@ -30,7 +30,8 @@ const REACH: f64 = 2.0;
 const STEPS: usize = 30;
 /// Where the surface is looked for at a rim along the feed, mm.
 const BESIDE: [f64; 5] = [0.0, 0.02, -0.02, 0.1, -0.1];
-/// How near to a place over y the boundary of a shadow is followed, mm: its tangent takes the rest, to 1e-11 mm.
+/// How near to a place over y the boundary of a shadow is followed, mm: its tangent takes the rest, to 1e-11
+/// mm.
 const NEAR_Y: f64 = 1e-5;
 /// Width of the Gaussian filter, `sqrt(ln 2 / pi)`, and how far its window reaches, as a part of the cutoff:
 /// beyond, a ten-millionth of the weight is left.
@@ -101,7 +102,8 @@ pub struct CrossSection {
 }
 
 impl CrossSection {
-    /// The section at a contact, with rows `distance` mm apart on the surface over the evaluation length (mm).
+    /// The section at a contact, with rows `distance` mm apart on the surface over the evaluation length
+    /// (mm).
     pub fn new(surface: &dyn ContactSurface, frame: &ContactFrame, distance: f64, length: f64) -> Self {
         let half = 0.5 * length + distance + REACH;
         let count = (half / NODE).ceil() as usize;
@@ -166,7 +168,8 @@ impl CrossSection {
         RowContact { y, at: Vector::new(0.0, y, z), frame: axes }
     }
 
-    /// Ra of the section that rows with this cutter leave, mm; `t` is the tool axis in the frame of the middle contact.
+    /// Ra of the section that rows with this cutter leave, mm; `t` is the tool axis in the frame of the
+    /// middle contact.
     pub fn roughness(&self, tool: &BullNose, t: &Vector) -> f64 {
         mean_deviation(&self.profile(tool, t, 0.0))
     }

@@ -1,4 +1,5 @@
-//! What a tool axis does at a contact: gouge, strip, roughness; which inclinations will do; what is shown of them.
+//! What a tool axis does at a contact: gouge, strip, roughness; which inclinations will do; what is shown of
+//! them.
 
 use proveout_geom::{Point, Vector};
 use proveout_path::PathCutter;
@@ -58,7 +59,8 @@ impl Measures {
 /// A contact with its rules.
 pub(in super::super) struct Judge {
     pub(super) frame: ContactFrame,
-    /// Smallest and largest inclination along the feed, radian; the first above the second where none will do.
+    /// Smallest and largest inclination along the feed, radian; the first above the second where none will
+    /// do.
     pub(super) limits: [f64; 2],
     method: MultiScale,
     tool: BullNose,
@@ -197,7 +199,8 @@ impl Judge {
     }
 }
 
-/// The smallest inclination from which on a rule that turns true once is true; the upper end where it never is.
+/// The smallest inclination from which on a rule that turns true once is true; the upper end where it never
+/// is.
 fn crossing([from, to]: [f64; 2], rule: impl Fn(f64) -> bool) -> f64 {
     if rule(from) {
         return from;

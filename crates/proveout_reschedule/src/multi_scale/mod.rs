@@ -377,7 +377,8 @@ fn contacts(
 
 /// The blocks along the surface: without those at both ends that are lifted from its first and last contact.
 fn row_of(contacts: &[TouchOffset]) -> Range<usize> {
-    // A lift is rounded as the program is: the contact stays but for its last digits, and the tip goes elsewhere.
+    // A lift is rounded as the program is: the contact stays but for its last digits, and the tip goes
+    // elsewhere.
     let is_lift = |i: usize| {
         let way = contacts[i + 1].place.point - contacts[i].place.point;
         way.norm() < LIFTED && (contacts[i + 1].off - contacts[i].off).norm() > 10.0 * way.norm()

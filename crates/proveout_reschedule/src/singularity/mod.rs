@@ -66,7 +66,8 @@ struct TableTilt<'a> {
     tilt: usize,
     /// Position of the tilt joint with the tool axis on the table's axis.
     upright: f64,
-    /// Azimuth for a tilt above that with the table at zero, and how the table's position grows with the azimuth.
+    /// Azimuth for a tilt above that with the table at zero, and how the table's position grows with the
+    /// azimuth.
     azimuth: f64,
     sense: f64,
     /// From the frame of the pole (z) to the frame of the run.

@@ -40,7 +40,8 @@ const STEEP: f64 = 1e-5;
 /// Added to the diagonal of the band: part of its largest element, and a number in any case.
 const DAMPING: [f64; 2] = [1e-15, 1e-13];
 
-/// A row: `low <= sum weights[k] x[at + k] <= high`; a peak row has z in place of both limits and ignores them.
+/// A row: `low <= sum weights[k] x[at + k] <= high`; a peak row has z in place of both limits and ignores
+/// them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CorridorRow {
     pub(crate) at: usize,

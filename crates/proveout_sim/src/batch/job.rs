@@ -226,7 +226,8 @@ pub struct SetupVerdict {
     pub removed_mm3: Option<f64>,
     /// Volume that is handed on, mm³.
     pub stock_left_mm3: Option<f64>,
-    /// SHA-256 of the stock that it began with, as the setup before has left it; null where it brought its own.
+    /// SHA-256 of the stock that it began with, as the setup before has left it; null where it brought its
+    /// own.
     pub stock_digest: Option<String>,
 }
 

@@ -7,7 +7,8 @@ use proveout_tool::Tool;
 
 use crate::checks::spindle_and_holder::CuttingState;
 
-/// How the cutter was engaged, judged on the stock as it stood at that moment: extremes over the pieces of a block.
+/// How the cutter was engaged, judged on the stock as it stood at that moment: extremes over the pieces of a
+/// block.
 ///
 /// ```text
 ///    from the spindle, feed up; the cutter turns clockwise          from the side

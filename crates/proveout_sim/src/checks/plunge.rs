@@ -50,7 +50,8 @@ const THREE_DIGITS: f64 = 1e-5;
 /// Most parts of one piece of a motion at whose ends the material below is noted.
 const MOST_PARTS: f64 = 1e4;
 
-/// The core of a tool that has to be watched, for a stock of these cells (mm); none of a tool that cuts at its center.
+/// The core of a tool that has to be watched, for a stock of these cells (mm); none of a tool that cuts at
+/// its center.
 pub(crate) fn core(tool: &Tool, cell: f64) -> Option<Profile> {
     if tool.cuts_at_center() == Some(true) {
         return None;
@@ -64,7 +65,8 @@ pub(crate) fn is_seen(radius: f64, cell: f64) -> bool {
     radius >= 0.999 * CORE_CELLS * cell
 }
 
-/// What a core meets, by the measure of the rays, where it goes a way down in material and another across, mm.
+/// What a core meets, by the measure of the rays, where it goes a way down in material and another across,
+/// mm.
 pub(crate) fn volume(radius: f64, aside: f64, down: f64) -> f64 {
     area(radius, aside) * down / SETS
 }
@@ -115,7 +117,8 @@ const ROUNDED: f64 = 0.1;
 pub(crate) struct Descent {
     /// Of the block so far, radian against the plane across the axis.
     pub(crate) angle: f64,
-    /// The steeper of this angle and that of the block before, which has gone down a part of the pillar, radian.
+    /// The steeper of this angle and that of the block before, which has gone down a part of the pillar,
+    /// radian.
     pub(crate) steepest: f64,
     /// Ways of the block down and aside so far, mm.
     pub(crate) way: [f64; 2],

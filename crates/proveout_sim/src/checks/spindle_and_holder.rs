@@ -1,4 +1,5 @@
-//! From sweep reports to process findings: what met material, with which part of the tool, in which kind of motion.
+//! From sweep reports to process findings: what met material, with which part of the tool, in which kind of
+//! motion.
 
 use proveout_controller::{Chunk, Event, MoveKind, Piece};
 use proveout_nc::SpindleDirection;
@@ -258,8 +259,8 @@ pub(crate) fn depth(report: &SweepReport) -> f64 {
     report.depth_mm.unwrap_or(report.overlap_mm)
 }
 
-/// The code of what a sweep found; none when all is in order. `contact` is the depth below which a body only touches
-/// (mm).
+/// The code of what a sweep found; none when all is in order. `contact` is the depth below which a body only
+/// touches (mm).
 pub(crate) fn judge_sweep(
     part: &SweepPart,
     kind: MoveKind,

@@ -55,7 +55,8 @@ use crate::{
 const SEED: u64 = 0x5EED_CA5E;
 /// Most reasons of refused draws that are reported.
 const REASONS: usize = 3;
-/// A published value whose change over choices is below this part of it is not acted on: decimals of posted programs.
+/// A published value whose change over choices is below this part of it is not acted on: decimals of posted
+/// programs.
 const ACTS: f64 = 1e-6;
 
 /// What is kept of a program to make it again.
@@ -418,7 +419,8 @@ impl Tried {
     }
 }
 
-/// The gain in the time of a stretch over the variations that act on it; variations of the twin change no other row.
+/// The gain in the time of a stretch over the variations that act on it; variations of the twin change no
+/// other row.
 fn over_twin(row: &crate::scene::PublishedFile, all: &Comparison) -> Option<[f64; 2]> {
     let against = row.against.as_ref().filter(|a| **a == all.baseline && row.quantity == QuantityFile::StretchTime)?;
     let mut range = None;

@@ -117,7 +117,8 @@ mod tests {
 
     #[test]
     fn places_count_by_their_way_and_lines_have_their_own_mean() {
-        // Line 1: 0.1 over 3 mm, 0.2 over 1 mm: mean 0.125, deviation sqrt(3/16) / 10. Line 2: 0.3 throughout.
+        // Line 1: 0.1 over 3 mm, 0.2 over 1 mm: mean 0.125, deviation sqrt(3/16) / 10. Line 2: 0.3
+        // throughout.
         let blocks = vec![block(1, &[(3.0, 0.1)]), block(1, &[(1.0, 0.2)]), block(2, &[(4.0, 0.3)])];
         let motion = Motion {
             summary: Summary::default(),

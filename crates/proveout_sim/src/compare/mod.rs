@@ -362,7 +362,8 @@ impl Comparing {
                     return Gap { bound: Err(why), figures, curves, over_velocity };
                 }
             };
-            // A method of two angles has no channel: its bound is about axes that stray no farther than its own.
+            // A method of two angles has no channel: its bound is about axes that stray no farther than its
+            // own.
             let bound = match &found.cells {
                 Some(_) => BOUNDS[1],
                 None if found.joints.is_empty() => BOUNDS[2],
@@ -467,7 +468,8 @@ impl Comparing {
         windows(entry.motion.as_ref()?, self.file.trimmed_ends_s, self.file.plot_window_s)
     }
 
-    /// Name of a program's run folder: its own name where that is a plain file name, else its number in the scene.
+    /// Name of a program's run folder: its own name where that is a plain file name, else its number in the
+    /// scene.
     pub fn folder(&self, name: &str) -> String {
         let plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.' | '+');
         if !name.is_empty() && name.len() <= 64 && !name.starts_with('.') && name.chars().all(plain) {

@@ -63,7 +63,8 @@ pub struct Comparison {
     /// sets none. It is another twin: its gains are in no error.
     #[serde(default)]
     pub own_limits: Option<Variation>,
-    /// What the experiment leaves open, and what it does to the published values; null where the scene lists nothing.
+    /// What the experiment leaves open, and what it does to the published values; null where the scene lists
+    /// nothing.
     #[serde(default)]
     pub choices: Option<Choices>,
     /// Program that the simplest plan gives; null where the scene names none.
@@ -91,7 +92,8 @@ impl Comparison {
         (!all.is_empty()).then(|| all.join(", "))
     }
 
-    /// Programs whose texts are the same to the byte, in one line: two results of them are one. None where all differ.
+    /// Programs whose texts are the same to the byte, in one line: two results of them are one. None where
+    /// all differ.
     pub fn same_texts_in_words(&self) -> Option<String> {
         let text = |p: &ProgramFigures| p.digests.get("made_program").or_else(|| p.digests.get("program")).cloned();
         let mut by_text: BTreeMap<String, Vec<&str>> = BTreeMap::new();
@@ -173,7 +175,8 @@ pub struct Made {
     pub source: String,
     /// Program that it starts from.
     pub from: String,
-    /// Largest shift of a ball center at the end of a block, as posted and read again, mm; null where no ball cuts.
+    /// Largest shift of a ball center at the end of a block, as posted and read again, mm; null where no ball
+    /// cuts.
     pub center_shift_mm: Option<f64>,
     /// What the method reports of its work, for the first run that was re-planned.
     pub figures: Vec<StudyFigure>,
@@ -215,7 +218,8 @@ pub struct Stretch {
     /// Largest distance of the tip from its chord if the joints run straight from block to block, micrometer.
     #[serde(default)]
     pub straight_joints_tip_um: Option<f64>,
-    /// Largest motion of the linear joints that comes from turning alone, for each mm of the tip's path, mm/mm.
+    /// Largest motion of the linear joints that comes from turning alone, for each mm of the tip's path,
+    /// mm/mm.
     #[serde(default)]
     pub from_turning: Option<f64>,
     /// How deep the cutter went; null where the scene does not ask for it or the tool is no ball.
@@ -347,7 +351,8 @@ pub struct Variation {
     pub kind: VariationKind,
     /// Why it was not made; null when it was.
     pub unchecked: Option<String>,
-    /// It changes the time of some cutting stretch: one that does not cannot act on a gain, and is not counted.
+    /// It changes the time of some cutting stretch: one that does not cannot act on a gain, and is not
+    /// counted.
     #[serde(default)]
     pub acts: bool,
     /// Times of every program by name.
@@ -356,7 +361,8 @@ pub struct Variation {
     pub gains: BTreeMap<String, VariedGains>,
 }
 
-/// Gains of a program in one variation, and their differences from the nominal twin, percent of the baseline's time.
+/// Gains of a program in one variation, and their differences from the nominal twin, percent of the
+/// baseline's time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct VariedGains {
     /// Cycle time saved.
@@ -379,7 +385,8 @@ pub struct VariedGains {
 pub enum Reproduced {
     /// It lies in the range over choices and twin, and ours has its sign everywhere.
     Reproduced,
-    /// It lies in the range, and some choice turns the sign; or only draws of all choices at once come as far.
+    /// It lies in the range, and some choice turns the sign; or only draws of all choices at once come as
+    /// far.
     Possible,
     /// It lies outside of everything that was tried.
     Not,
@@ -462,7 +469,8 @@ pub struct Published {
     /// The same over the variations of the twin; null where they cannot act.
     #[serde(default)]
     pub over_twin: Option<[f64; 2]>,
-    /// Judgement over choices and twin; null where the scene lists no choice, and where the value needs the cut part.
+    /// Judgement over choices and twin; null where the scene lists no choice, and where the value needs the
+    /// cut part.
     #[serde(default)]
     pub reproduced: Option<Reproduced>,
     /// Where it was published.

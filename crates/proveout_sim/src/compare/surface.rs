@@ -35,8 +35,8 @@ pub(crate) fn scallop(surface: &Surface, map: &SurfaceMap, judged: bool) -> Surf
     out
 }
 
-/// Statistics of a deviation less another one at the same places, mm; places where one of them is not a number do not
-/// count.
+/// Statistics of a deviation less another one at the same places, mm; places where one of them is not a
+/// number do not count.
 pub(crate) fn difference(values: &[f64]) -> Difference {
     let (mut count, mut sum, mut squares) = (0_u64, 0.0, 0.0);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);

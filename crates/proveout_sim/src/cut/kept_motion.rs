@@ -1,6 +1,7 @@
 //! The motion that cut the part, kept to its end for those who ask the swept surface itself.
 //!
-//! The stock remembers for each point the piece of motion that made it, by a number; here is the piece of a number.
+//! The stock remembers for each point the piece of motion that made it, by a number; here is the piece of a
+//! number.
 
 use crate::prepare::memory::MOST_PIECES;
 use proveout_stock::SweepMotion;

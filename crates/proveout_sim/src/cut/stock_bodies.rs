@@ -56,7 +56,8 @@ pub(crate) struct StockBodies {
 }
 
 impl StockBodies {
-    /// `errors` is the most by which the geometric errors of the machine displace two bodies against each other, mm.
+    /// `errors` is the most by which the geometric errors of the machine displace two bodies against each
+    /// other, mm.
     pub(crate) fn new(
         prepared: &Prepared,
         world: &Interference,
@@ -85,7 +86,8 @@ impl StockBodies {
         std::mem::take(&mut self.at_rest)
     }
 
-    /// Cuts a stretch, and follows the bodies through it; `cuts` is where they are written down, or taken from.
+    /// Cuts a stretch, and follows the bodies through it; `cuts` is where they are written down, or taken
+    /// from.
     pub(crate) fn cut(
         &mut self,
         mut cutting: Cutting<'_>,

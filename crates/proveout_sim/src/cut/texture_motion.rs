@@ -245,7 +245,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Stretches of a piece, each as parts of its time and of its way: one where the samples run through it evenly.
+    /// Stretches of a piece, each as parts of its time and of its way: one where the samples run through it
+    /// evenly.
     fn parts(&mut self, piece: &Piece) -> Vec<[(f64, f64); 2]> {
         let whole = vec![[(0.0, 0.0), (1.0, 1.0)]];
         let [from, to] = piece.pose;

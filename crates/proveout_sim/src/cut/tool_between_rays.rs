@@ -1,4 +1,5 @@
-//! What the rays of the stock do not see of the tool, decided on the raw stock's form and the cuts themselves.
+//! What the rays of the stock do not see of the tool, decided on the raw stock's form and the cuts
+//! themselves.
 //!
 //! After a stretch is cut, every sweep that must not meet material and of which no ray said so is asked again
 //! ([`BetweenRays`]): first all of them at once against the stock before the stretch (material only goes
@@ -201,7 +202,8 @@ impl BetweenWatch {
         .or_insert(Open { what, block, point, size, more: 0 });
     }
 
-    /// A core so thin that no ray need go through it: how far down its tip is in material is asked of the true stock.
+    /// A core so thin that no ray need go through it: how far down its tip is in material is asked of the
+    /// true stock.
     fn look_at_core(&mut self, range: &Range<'_, '_>, item: &SweepItem<'_>, report: &mut SweepReport, cell: f64) {
         let radius = item.body.max_radius();
         if plunge::is_seen(radius, cell) {

@@ -52,7 +52,8 @@ pub struct Manifest {
     pub inputs: Vec<Listed>,
     /// Files of the run folder.
     pub files: Vec<Written>,
-    /// Files of the run folder that differ from run to run: they are the run's own, and no digest covers them.
+    /// Files of the run folder that differ from run to run: they are the run's own, and no digest covers
+    /// them.
     pub without_digest: Vec<String>,
 }
 
@@ -205,7 +206,8 @@ pub struct Verified {
     pub same_files: usize,
     /// Files of the folder that are not, with what is wrong.
     pub changed_files: Vec<String>,
-    /// Files of the folder that are there, and that no digest covers: whatever is in them, they are not checked.
+    /// Files of the folder that are there, and that no digest covers: whatever is in them, they are not
+    /// checked.
     pub uncovered_files: Vec<String>,
     /// Files in the folder that the run has not written.
     pub foreign_files: Vec<String>,

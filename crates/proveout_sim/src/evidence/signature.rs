@@ -10,7 +10,8 @@
 //! openssl pkeyutl -verify -pubin -inkey public.pem -rawin -in manifest.json -sigfile manifest.sig
 //! ```
 //!
-//! A signature says who had the key and that nothing has changed since; what the run claims is another matter.
+//! A signature says who had the key and that nothing has changed since; what the run claims is another
+//! matter.
 
 use std::{
     fs,
@@ -100,7 +101,8 @@ pub fn sign(run: &Path, key: &Path) -> Result<(), SignatureError> {
     })
 }
 
-/// Holds the signature of a run folder against a public key. The files are another question, see [`crate::verify`].
+/// Holds the signature of a run folder against a public key. The files are another question, see
+/// [`crate::verify`].
 ///
 /// # Errors
 /// [`SignatureError`] when it does not hold.

@@ -27,7 +27,8 @@ use crate::{
     prepare::{memory::MOST_PIECES, raw_shape::RawShape},
 };
 
-/// Part of the allowed depth by which a gouge must be deeper to be found with certainty, and least length, mm.
+/// Part of the allowed depth by which a gouge must be deeper to be found with certainty, and least length,
+/// mm.
 const GRAIN: f64 = 0.02;
 const LEAST_GRAIN: f64 = 1e-4;
 /// Boxes that the search for gouges looks at; some seconds.

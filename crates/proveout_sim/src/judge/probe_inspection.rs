@@ -11,8 +11,8 @@ use crate::{
     },
 };
 
-/// Measures every feature: from the start point along its direction to the first material, on the ray nearest to the
-/// start point (at most half a cell aside in each direction), that of a patch inside of its window.
+/// Measures every feature: from the start point along its direction to the first material, on the ray nearest
+/// to the start point (at most half a cell aside in each direction), that of a patch inside of its window.
 pub(crate) fn inspect(plan: &[InspectFile], stock: &TriDexel, patches: &[Patch]) -> Vec<Inspected> {
     let on_ray = |axis: usize, from: &[f64; 3]| {
         patched_intervals(stock, patches, axis, from[(axis + 1) % 3], from[(axis + 2) % 3])

@@ -166,7 +166,8 @@ impl Measured {
         })
     }
 
-    /// Smallest width of the strips up to a height above the design: of the standing and of the moving cutter.
+    /// Smallest width of the strips up to a height above the design: of the standing and of the moving
+    /// cutter.
     fn widths(&self, height: f64) -> [Option<f64>; 2] {
         let stride = self.found.ridges.len().div_ceil(WIDTHS).max(1);
         let mut least = [None, None];

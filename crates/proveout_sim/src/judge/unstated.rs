@@ -5,7 +5,8 @@ use proveout_controller::Dynamics;
 
 use crate::{cut::engine::Facts, prepare::prepared::Prepared, verdict::gates::Coverage};
 
-/// A length longer than a tenth of a millimeter by less is not rounded up to the next, tenths of a millimeter.
+/// A length longer than a tenth of a millimeter by less is not rounded up to the next, tenths of a
+/// millimeter.
 const ROUNDING: f64 = 1e-6;
 
 /// What the gates that depend on the path say under ideal dynamics.

@@ -67,6 +67,7 @@ pub struct LooseMotion {
     /// Time, s, and motion since then in the table frame: applied to the mesh it gives the part at that time.
     /// Rising times.
     pub track: Vec<(f64, Pose)>,
-    /// It is no longer stock; otherwise it rests, or it is not known where it goes and this is one of its ways.
+    /// It is no longer stock; otherwise it rests, or it is not known where it goes and this is one of its
+    /// ways.
     pub gone: bool,
 }

@@ -103,7 +103,8 @@ pub struct Outcome<'a> {
     pub folder: &'a Path,
 }
 
-/// Sees a run as it goes on. The engine knows nothing of files or viewers; Rerun, tables and reports implement this.
+/// Sees a run as it goes on. The engine knows nothing of files or viewers; Rerun, tables and reports
+/// implement this.
 pub trait Observer: Send {
     /// Name for error texts and timing.
     fn name(&self) -> &'static str;
@@ -114,7 +115,8 @@ pub trait Observer: Send {
     /// When the observer cannot write.
     fn begin(&mut self, setup: &Setup<'_>, folder: &Path) -> Result<(), ObserverError>;
 
-    /// Whether it shows a [`Schedule`]: the motion of both programs is run for it, where no comparison has done so.
+    /// Whether it shows a [`Schedule`]: the motion of both programs is run for it, where no comparison has
+    /// done so.
     fn shows_schedule(&self) -> bool {
         false
     }

@@ -45,7 +45,8 @@ pub struct ScheduledBlock {
     pub time: f64,
     /// Way of the ball center, or of the tip, since the begin of the run, mm.
     pub way: f64,
-    /// Pose before and after, table frame K; with a ball its center in the place of the tip, which is the same in both.
+    /// Pose before and after, table frame K; with a ball its center in the place of the tip, which is the
+    /// same in both.
     pub poses: [ToolPose; 2],
 }
 

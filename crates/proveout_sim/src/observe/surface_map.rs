@@ -60,8 +60,8 @@ impl SurfaceShape {
     }
 }
 
-/// The cut part's surface: extracted mesh, and the exact points of the dexel ends with what was measured there.
-/// Workpiece frame, mm.
+/// The cut part's surface: extracted mesh, and the exact points of the dexel ends with what was measured
+/// there. Workpiece frame, mm.
 ///
 /// Where the stock has patches, mesh and points inside of their windows are those of the patch:
 /// [`Self::mesh`] ends at the faces of the windows, where the mesh of a patch begins (their vertices there
@@ -194,7 +194,8 @@ impl SurfaceMap {
         )))
     }
 
-    /// The surface of all parts as one mesh with its normals; parts are not joined at the faces of the windows.
+    /// The surface of all parts as one mesh with its normals; parts are not joined at the faces of the
+    /// windows.
     pub fn whole_mesh(&self) -> (TriMesh, Vec<Vector>) {
         let (mut mesh, mut normals) = (self.mesh.clone(), self.normals.clone());
         for patch in &self.patches {

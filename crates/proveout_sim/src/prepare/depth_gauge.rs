@@ -70,7 +70,8 @@ mod tests {
             for off in [-0.05, 0.0, 0.03] {
                 let center = mount.point(&(at.point + at.normal * (3.0 + off)));
                 let depth = gauge.depth(&center, 3.0);
-                // Inward by 0.05 the ball still touches where it did: its radius is far above that of the edge.
+                // Inward by 0.05 the ball still touches where it did: its radius is far above that of the
+                // edge.
                 assert!((depth - (0.2 - off)).abs() < 1e-6, "{u} {v} {off}: {depth}");
             }
         }

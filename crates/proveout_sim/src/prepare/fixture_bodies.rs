@@ -1,4 +1,5 @@
-//! Meshes of fixtures that are given by their dimensions: closed boxes and cylinders that touch and do not cross.
+//! Meshes of fixtures that are given by their dimensions: closed boxes and cylinders that touch and do not
+//! cross.
 
 use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector, box_mesh, cylinder_mesh, rad};
 

@@ -1,4 +1,5 @@
-//! What the control of a machine knows and a program refers to: reference points and kinematics, for the reader.
+//! What the control of a machine knows and a program refers to: reference points and kinematics, for the
+//! reader.
 
 use proveout_machine::{Joint, Machine};
 use proveout_nc::{AXIS_LETTERS, AxisValues, Kinematics, ReferencePoints, Settings};

@@ -52,7 +52,8 @@ const BETWEEN: usize = 40;
 /// Part of a programmed time that sums of it may differ by: rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive shows.
+/// Motion back over less than this is no reversal, mm and radian: numbers of a text, not motions that a drive
+/// shows.
 const DEAD_BAND: (f64, f64) = (1e-3, 1e-6);
 
 /// A program on its machine, without a stock.
@@ -125,7 +126,8 @@ struct Turning {
 }
 
 impl Turning {
-    /// Takes a position; gives the block in which the joint has turned, once it has moved back by more than the band.
+    /// Takes a position; gives the block in which the joint has turned, once it has moved back by more than
+    /// the band.
     fn position(&mut self, q: f64, block: u32, band: f64) -> Option<u32> {
         if !self.begun {
             *self = Self { direction: 0, low: (q, block), high: (q, block), begun: true };
@@ -437,7 +439,8 @@ impl Motion {
         let mut first = 0;
         for run in self.blocks.chunk_by(|a, b| a.run == b.run) {
             let total: f64 = run.iter().map(|b| b.programmed).sum();
-            // Sums of the same terms in the same order: a little slack keeps blocks that end exactly at the border.
+            // Sums of the same terms in the same order: a little slack keeps blocks that end exactly at the
+            // border.
             let slack = ROUNDING * total;
             let mut from = 0.0;
             let mut inside = first..first;

@@ -108,7 +108,8 @@ impl FeasibleRegion for Region {
     }
 
     fn reach(&self) -> Option<f64> {
-        // The farthest corner of a body of revolution from the tip lies on its widest circle at one of its ends.
+        // The farthest corner of a body of revolution from the tip lies on its widest circle at one of its
+        // ends.
         let of = |b: &proveout_tool::Body| {
             let up = b.profile.z_max().abs().max(b.profile.z_min().abs());
             b.profile.max_radius().hypot(up)

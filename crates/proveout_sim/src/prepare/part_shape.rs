@@ -121,7 +121,8 @@ fn skinned(scene: &Scene) -> Result<SkinnedBlade, InputError> {
         .map_err(|e| InputError::file(&path, e.to_string(), "see the format of sections in docs/blades.md"))
 }
 
-/// The mesh of the blade of a scene with an allowance, mm, at a chord error, mm (the scene's where none is given).
+/// The mesh of the blade of a scene with an allowance, mm, at a chord error, mm (the scene's where none is
+/// given).
 ///
 /// # Errors
 /// The scene has no blade, or it is none.

@@ -1,4 +1,5 @@
-//! Paths that a scene plans over its blade: contacts, program, and what it asks of the machine before it runs.
+//! Paths that a scene plans over its blade: contacts, program, and what it asks of the machine before it
+//! runs.
 
 use std::{fmt::Write as _, sync::Arc};
 

@@ -23,7 +23,8 @@ const MAX_DESCENTS: usize = 10_000;
 const MAX_TILTED: usize = 20_000;
 /// Most motions of rotary axes alone under tool center point control that are kept.
 const MAX_TURNS: usize = 10_000;
-/// A motion that goes down by more than five times its way across goes into material or to it, and not along it.
+/// A motion that goes down by more than five times its way across goes into material or to it, and not along
+/// it.
 const STEEP: f64 = 0.2;
 /// Cosine of the tilt below which a tool counts as upright: 3 degrees.
 const UPRIGHT: f64 = 0.9986;

@@ -27,11 +27,13 @@ struct Names<'a> {
     in_spindle: ToolName,
     /// The tool that was made ready last, and where.
     selected: Option<(ToolName, Location)>,
-    /// Where the tool length was switched off last: machine coordinates switch it off and on again in one block.
+    /// Where the tool length was switched off last: machine coordinates switch it off and on again in one
+    /// block.
     length_off_at: Option<Location>,
 }
 
-/// Reads a program to its end and looks up what it names; gives the text that its run does not reach, and its motions.
+/// Reads a program to its end and looks up what it names; gives the text that its run does not reach, and its
+/// motions.
 ///
 /// # Errors
 /// All faults of the text and all names that the scene does not know.

@@ -1,4 +1,5 @@
-//! Programs that are made: a pass over the blade of the scene, and re-scheduled programs. What runs is their text.
+//! Programs that are made: a pass over the blade of the scene, and re-scheduled programs. What runs is their
+//! text.
 
 use std::path::Path;
 

@@ -1,4 +1,5 @@
-//! How the programs of a scene are read: language, work offsets, radii of tools, what control file and machine say.
+//! How the programs of a scene are read: language, work offsets, radii of tools, what control file and
+//! machine say.
 
 use std::{collections::BTreeMap, path::Path};
 

@@ -111,7 +111,8 @@ mod tests {
         RawBody::cylinder(&Point::new(0.3, 0.2, -0.1), along, radius, length).expect("a bar")
     }
 
-    /// Thin bars, plates and rods, at cells that miss them: refused, and the cell size that is named holds them.
+    /// Thin bars, plates and rods, at cells that miss them: refused, and the cell size that is named holds
+    /// them.
     #[test]
     fn a_stock_between_the_rays_is_refused_with_a_cell_size_that_holds_it() {
         let meters =

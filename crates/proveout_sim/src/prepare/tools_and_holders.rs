@@ -1,4 +1,5 @@
-//! The tools of a run: as the call clamps them, the one in the spindle at the start, and the room round their holders.
+//! The tools of a run: as the call clamps them, the one in the spindle at the start, and the room round their
+//! holders.
 
 use std::path::Path;
 

@@ -31,7 +31,8 @@ pub struct Listing {
     pub shown: Vec<(u32, String)>,
 }
 
-/// Sizes of the program files of a run in bytes, with their names in findings; files that are gone are left out.
+/// Sizes of the program files of a run in bytes, with their names in findings; files that are gone are left
+/// out.
 pub fn files(setup: &Setup<'_>) -> Vec<(String, u64)> {
     let made = setup.made.map(|m| (m.file.clone(), m.text.len() as u64));
     let read = |(opened, shown): (&String, &std::sync::Arc<str>)| {

@@ -82,7 +82,8 @@ pub fn run(prepared: Prepared, observers: &mut [Box<dyn Observer>], folder: &Pat
     run_journaled(prepared, None, observers, folder)
 }
 
-/// The same with a journal of its cuts, from which a run that is stopped goes on; it stays locked until the run ends.
+/// The same with a journal of its cuts, from which a run that is stopped goes on; it stays locked until the
+/// run ends.
 ///
 /// # Errors
 /// As [`run`]; [`SimError::Journal`] when the journal does not fit.

@@ -75,9 +75,9 @@ const SHORT_LINES: u32 = 3000;
 /// Largest stock for the same, bytes.
 const SMALL_STOCK: u64 = 48 << 20;
 
-/// The same for tools whose length was chosen and not measured, if the program is short and the stock small. The search
-/// runs the program about ten times for each tool, at the coarse cells of a preview. Empty if no length is assumed, or
-/// if the stock cannot be represented at those cells.
+/// The same for tools whose length was chosen and not measured, if the program is short and the stock small.
+/// The search runs the program about ten times for each tool, at the coarse cells of a preview. Empty if no
+/// length is assumed, or if the stock cannot be represented at those cells.
 ///
 /// # Errors
 /// As [`crate::run::main_loop::run`].

@@ -206,7 +206,8 @@ pub(crate) fn put(whole: &mut Value, key: &str, value: &ChoiceValueFile) -> Opti
     let (parents, last) = key.rsplit_once('.').map_or((None, key), |(parents, last)| (Some(parents), last));
     let mut at = whole;
     for step in parents.iter().flat_map(|parents| parents.split('.')) {
-        // A table that the scene leaves out is made; what does not belong into it is refused when the scene is read.
+        // A table that the scene leaves out is made; what does not belong into it is refused when the scene
+        // is read.
         if let Value::Table(table) = at {
             table.entry(step).or_insert_with(|| Value::Table(Table::new()));
         }
@@ -253,7 +254,8 @@ const LIMITS: [(&str, bool, Limit); 6] = [
 /// Gives a machine the limits among the values.
 ///
 /// # Errors
-/// A joint that the machine does not have, or a limit for the other kind of joint, or one that is no number above zero.
+/// A joint that the machine does not have, or a limit for the other kind of joint, or one that is no number
+/// above zero.
 pub(crate) fn limit_machine(machine: &mut Machine, values: &[(&str, ChoiceValueFile)]) -> Result<(), String> {
     for (key, value) in values {
         let Some((joint, limit)) = key.strip_prefix("machine.").and_then(|rest| rest.split_once('.')) else { continue };

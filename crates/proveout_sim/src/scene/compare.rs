@@ -21,8 +21,8 @@ pub struct CompareFile {
     /// The experiment that is repeated, for people.
     #[serde(default)]
     pub experiment: String,
-    /// Time at both ends of every run in feed that does not belong to the cutting stretch (approach, run-up, retract),
-    /// by the programmed feed, s. Programs of the same structure leave out the same blocks.
+    /// Time at both ends of every run in feed that does not belong to the cutting stretch (approach, run-up,
+    /// retract), by the programmed feed, s. Programs of the same structure leave out the same blocks.
     #[serde(default)]
     pub trimmed_ends_s: f64,
     /// Part of the cutting stretch that the plots show closely, s of programmed feed from its begin.

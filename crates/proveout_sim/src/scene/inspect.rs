@@ -35,7 +35,8 @@ pub enum InspectKindFile {
     /// Coordinate of the first material from the start on.
     #[default]
     Touch,
-    /// Thickness of the wall that holds the start or comes first after it, as a caliper along the direction reads it.
+    /// Thickness of the wall that holds the start or comes first after it, as a caliper along the direction
+    /// reads it.
     Thickness,
 }
 

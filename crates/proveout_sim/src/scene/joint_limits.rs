@@ -1,4 +1,5 @@
-//! Limits of joints that a scene sets below those of its machine, as a control does with its axis data for one job.
+//! Limits of joints that a scene sets below those of its machine, as a control does with its axis data for
+//! one job.
 
 use proveout_input::{InputError, Step, Step::Key};
 use proveout_machine::{Joint, Machine};

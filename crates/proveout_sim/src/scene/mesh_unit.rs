@@ -71,7 +71,8 @@ const LEAST_FIXTURE_MM: f64 = 6.0;
 const LEAST_FIXTURE: f64 = 1.0 / 4.0;
 /// A fixture smaller than this part of the stock, and away from it, may be in another unit.
 const SMALL: f64 = 1.0 / 8.0;
-/// A mesh larger than the stock by this factor, or by its inverse, is compared with what other units would make of it.
+/// A mesh larger than the stock by this factor, or by its inverse, is compared with what other units would
+/// make of it.
 const PLAUSIBLE: f64 = 20.0;
 /// Gap beyond which a fixture does not touch the stock, mm.
 const APART_MM: f64 = 1.0;
@@ -119,7 +120,8 @@ fn measures(b: &Aabb) -> String {
     format!("{} x {} x {} mm", figure(size.x), figure(size.y), figure(size.z))
 }
 
-/// The unit in which a mesh would have about the size of another body, and meet it without lying inside of it.
+/// The unit in which a mesh would have about the size of another body, and meet it without lying inside of
+/// it.
 fn other_unit(
     own: &Aabb,
     place: &Aabb,
@@ -131,7 +133,8 @@ fn other_unit(
     all.min_by(|a, b| ratio(a.0).ln().abs().total_cmp(&ratio(b.0).ln().abs()))
 }
 
-/// Why a fixture cannot be what its numbers say in millimeters, and the unit that would explain it; boxes in one frame.
+/// Why a fixture cannot be what its numbers say in millimeters, and the unit that would explain it; boxes in
+/// one frame.
 fn doubt_of_fixture(own: &Aabb, stock: &Aabb) -> Option<(String, Option<&'static str>)> {
     let (size, other, apart) = (largest(own), largest(stock), gap(own, stock));
     let beside = |b: &Aabb| gap(b, stock) <= APART_MM.max(0.05 * other) && !is_within(b, stock);
@@ -351,7 +354,8 @@ mod tests {
         (stock, aabb(min, [min[0] + edge[0], min[1] + edge[1], min[2] + edge[2]]))
     }
 
-    /// Clamps and jaws that touch the stock are taken; those written in inches, centimeters or meters are refused.
+    /// Clamps and jaws that touch the stock are taken; those written in inches, centimeters or meters are
+    /// refused.
     #[test]
     fn fixtures_in_another_unit_are_refused_and_true_ones_are_not() {
         let mut random = Random(0x9e37_79b9_7f4a_7c15);

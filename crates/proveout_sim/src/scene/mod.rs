@@ -1,4 +1,5 @@
-//! One scene is one setup: machine, tools, stock, mounting, design, fixtures, offsets, tolerances and programs.
+//! One scene is one setup: machine, tools, stock, mounting, design, fixtures, offsets, tolerances and
+//! programs.
 //!
 //! | file | what it does |
 //! |---|---|

@@ -1,4 +1,5 @@
-//! Names of scenes, programs and patches become names of files and folders: checked once, where they are read.
+//! Names of scenes, programs and patches become names of files and folders: checked once, where they are
+//! read.
 
 /// Longest name, bytes: file systems take 255, and endings are added.
 const LONGEST: usize = 100;

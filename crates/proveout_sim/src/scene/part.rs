@@ -10,7 +10,8 @@ use serde_spanned::Spanned;
 
 use crate::scene::{BladeFile, BoxFile, mesh_unit::MeshUnitFile, place::offset_of};
 
-/// Chord errors of a blade's mesh that are taken, mm: finer ones make too many triangles, coarser ones no shape.
+/// Chord errors of a blade's mesh that are taken, mm: finer ones make too many triangles, coarser ones no
+/// shape.
 const CHORD_ERROR_MM: std::ops::RangeInclusive<f64> = 1e-5..=1.0;
 /// Shorter vectors are no direction.
 const SHORTEST: f64 = 1e-9;

@@ -211,7 +211,8 @@ pub enum AxisFile {
     },
     /// Along the ruling by two of its points; of `flank` alone.
     Ruling {
-        /// Parts of the ruling, from the side of the cutter's tip; a quarter and three quarters when left out.
+        /// Parts of the ruling, from the side of the cutter's tip; a quarter and three quarters when left
+        /// out.
         #[serde(default = "quarters")]
         points: [f64; 2],
     },
@@ -262,7 +263,8 @@ pub struct PathFile {
     pub spindle_rpm: f64,
     /// Feed of the contact, mm/min; written as inverse time, so that it does not depend on the tool axis.
     pub feed_mm_min: f64,
-    /// What that feed holds for: the way along the line (when left out), or the chord from contact to contact.
+    /// What that feed holds for: the way along the line (when left out), or the chord from contact to
+    /// contact.
     #[serde(default)]
     pub feed_reference: FeedReferenceFile,
     /// Machine that the program is for, where it is not the scene's.
@@ -315,7 +317,8 @@ pub struct PathFile {
     pub parameter: Option<ParameterFile>,
     /// How far the branch points lie inside of the edges, parts of the chord; 0, as published, when left out.
     pub focus_inside: Option<f64>,
-    /// Part of the section's parameter near which the trailing edge lies at the first section; 0 when left out.
+    /// Part of the section's parameter near which the trailing edge lies at the first section; 0 when left
+    /// out.
     pub trailing: Option<f64>,
     /// Normal of the planes, workpiece frame; any length.
     pub normal: Option<[f64; 3]>,
@@ -331,7 +334,8 @@ pub struct PathFile {
     pub one_way: Option<bool>,
     /// Rings from the middle outwards.
     pub outwards: Option<bool>,
-    /// Which lines of the side are straight; the tip of the cutter lies beyond the first end of `along` or `across`.
+    /// Which lines of the side are straight; the tip of the cutter lies beyond the first end of `along` or
+    /// `across`.
     pub rulings: Option<RulingsFile>,
     /// How far the straight side of the cutter reaches beyond that end, mm; 0 when left out.
     pub beyond_end_mm: Option<f64>,

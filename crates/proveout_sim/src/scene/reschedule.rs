@@ -42,7 +42,8 @@ pub struct RescheduleFile {
     pub keys: Option<usize>,
     /// `singularity`: blocks whose axis is nearer to the table's axis than this are looked at, degrees.
     pub cone_deg: Option<f64>,
-    /// `singularity`: they are changed where the table turns by more than this for a mm of contact path, degrees.
+    /// `singularity`: they are changed where the table turns by more than this for a mm of contact path,
+    /// degrees.
     pub rate_deg_mm: Option<f64>,
     /// `singularity`: how the ends of a changed stretch are smoothed.
     pub junction: Option<Junction>,
@@ -78,11 +79,13 @@ pub struct RescheduleFile {
     pub measured_spread: Option<f64>,
     /// `smooth`: where the limits of the axis come from.
     pub channel: Option<ChannelFile>,
-    /// `smooth`: largest lean of the tool axis from the normal in the channel of the tool and of rows, degrees.
+    /// `smooth`: largest lean of the tool axis from the normal in the channel of the tool and of rows,
+    /// degrees.
     pub lean_max_deg: Option<f64>,
     /// `smooth`: the rotary axis does not turn back.
     pub monotone: Option<bool>,
-    /// `smooth`: time of the control that is given up for a lower peak of acceleration, percent; 0.1 when left out.
+    /// `smooth`: time of the control that is given up for a lower peak of acceleration, percent; 0.1 when
+    /// left out.
     pub max_time_loss_percent: Option<f64>,
     /// `smooth` of rows: largest turn of the tool axis from the program's own, degrees.
     pub turn_max_deg: Option<f64>,

@@ -15,7 +15,8 @@ use crate::scene::{
     mesh_unit::MeshUnitFile,
 };
 
-/// Where the workpiece frame sits in the table frame (which equals the machine frame when all joints are at zero).
+/// Where the workpiece frame sits in the table frame (which equals the machine frame when all joints are at
+/// zero).
 #[derive(Clone, Copy, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Mount {

@@ -52,7 +52,8 @@ pub struct StockFile {
     /// stay and `place` turns by right angles only; re-gridded otherwise, with `removal.regrid_bound_mm` in
     /// the verdict.
     pub from_run: Option<PathBuf>,
-    /// Workpiece frame of the earlier run in that of this scene; the same when left out. Only with `from_run`.
+    /// Workpiece frame of the earlier run in that of this scene; the same when left out. Only with
+    /// `from_run`.
     pub place: Option<Mount>,
     /// The stock as it stood at this time of the earlier run, s, after the last motion that had ended; at its
     /// end when left out. The earlier run must have kept its `history`.
@@ -71,7 +72,8 @@ pub struct StockFile {
     /// counts. Without it such a mesh is refused. A mesh with holes is refused in any case.
     #[serde(default)]
     pub repair: bool,
-    /// Boxes in which the surface is wanted finer. Motions, findings and volumes are judged on the stock itself.
+    /// Boxes in which the surface is wanted finer. Motions, findings and volumes are judged on the stock
+    /// itself.
     #[serde(default)]
     #[schemars(with = "Vec<PatchFile>")]
     pub patch: Vec<Spanned<PatchFile>>,
@@ -113,7 +115,8 @@ pub struct CylinderFile {
     pub radius_mm: f64,
     /// Length along its axis.
     pub height_mm: f64,
-    /// Axis of its coordinates that the cylinder lies along: of a bar in a rotary table that turns about x, `x`.
+    /// Axis of its coordinates that the cylinder lies along: of a bar in a rotary table that turns about x,
+    /// `x`.
     #[serde(default)]
     pub along: CylinderAxis,
 }

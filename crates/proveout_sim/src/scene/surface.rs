@@ -1,4 +1,5 @@
-//! Texture of the cut surface: `[surface]` of a scene, its patches, grids of patches, profiles and spindle phases.
+//! Texture of the cut surface: `[surface]` of a scene, its patches, grids of patches, profiles and spindle
+//! phases.
 
 use std::path::Path;
 
@@ -34,7 +35,8 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum SurfaceModelFile {
-    /// The nominal cutter along its motion: rows between passes, without marks of single teeth and without run-out.
+    /// The nominal cutter along its motion: rows between passes, without marks of single teeth and without
+    /// run-out.
     #[default]
     Envelope,
     /// The edges of the teeth, with run-out, spindle speed and phase; the tool library must describe them.
@@ -195,7 +197,8 @@ pub struct SurfaceProfileFile {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpindlePhaseFile {
-    /// The tip passes here in feed, workpiece frame, mm: the first time that it comes nearest with the spindle turning.
+    /// The tip passes here in feed, workpiece frame, mm: the first time that it comes nearest with the
+    /// spindle turning.
     pub at_mm: [f64; 3],
     /// Azimuth of the first tooth (its lowest point) then, degrees: right-handed about the axis from tip to
     /// holder, from the feed direction as seen along the axis; from X where the tool moves along its axis.

@@ -1,4 +1,5 @@
-//! `[tolerances]` of a scene: bounds of the gates, and regions with bounds of their own for the texture of the surface.
+//! `[tolerances]` of a scene: bounds of the gates, and regions with bounds of their own for the texture of
+//! the surface.
 
 use proveout_geom::{Aabb, Point};
 use proveout_input::{Step::Item, Step::Key};
@@ -26,7 +27,8 @@ pub struct Tolerances {
     /// The 95th percentile of the scallop between the passes may be so high above the design, micrometer; not
     /// judged when left out.
     pub scallop_um: Option<f64>,
-    /// Largest Ra of the patches and profiles of `[surface]`, across and along the lay, µm; not judged when left out.
+    /// Largest Ra of the patches and profiles of `[surface]`, across and along the lay, µm; not judged when
+    /// left out.
     pub ra_um: Option<f64>,
     /// Largest Rz of the same, µm; not judged when left out.
     pub rz_um: Option<f64>,
@@ -149,7 +151,8 @@ impl Tolerances {
         limit.region.and_then(|k| self.region.get(k)).map(|r| r.get_ref().name.as_str())
     }
 
-    /// What is wrong with it: offset in the text of the scene, message and help. `has_part`: the scene has a design.
+    /// What is wrong with it: offset in the text of the scene, message and help. `has_part`: the scene has a
+    /// design.
     pub(crate) fn fault(&self, text: &str, has_part: bool) -> Option<(usize, String, &'static str)> {
         let lengths = [
             ("gouge_mm", self.gouge_mm),

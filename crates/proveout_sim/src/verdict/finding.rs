@@ -83,11 +83,13 @@ pub struct Finding {
     /// the smaller ones.
     #[serde(default)]
     pub areas: Option<u64>,
-    /// Further blocks with the same finding after this one (findings of one code, body and tool in a row are joined).
+    /// Further blocks with the same finding after this one (findings of one code, body and tool in a row are
+    /// joined).
     pub repeats: u32,
     /// For people: what, where, by how much.
     pub message: String,
-    /// The part of a tool that it is about, where it is about one. Known while the run lasts, not written to files.
+    /// The part of a tool that it is about, where it is about one. Known while the run lasts, not written to
+    /// files.
     #[serde(skip)]
     pub tool: Option<ToolPart>,
     /// Where its limit comes from. Known while the run lasts, not written to files.
@@ -187,8 +189,8 @@ macro_rules! codes {
             limit_source: option!(LimitSource $($limit)?),
             summary: $summary,
         };)*
-        /// Every code that a run can raise; each has its page in `docs/findings`. Those of a gate are in the order in
-        /// which its reason names them.
+        /// Every code that a run can raise; each has its page in `docs/findings`. Those of a gate are in the
+        /// order in which its reason names them.
         pub const CODES: &[Code] = &[$($name),*];
     };
 }

@@ -73,7 +73,8 @@ pub(crate) fn not_asked(verdict: GateVerdict, why: String, surface: &Surface) ->
     GateVerdict { state: State::NotAsked, reason, ..verdict }
 }
 
-/// The deepest gouge or the highest excess, and the line that made it; of other faults the values are of several kinds.
+/// The deepest gouge or the highest excess, and the line that made it; of other faults the values are of
+/// several kinds.
 fn worst(code: &Code, log: &FindingLog) -> String {
     if ![finding::GOUGE.code, finding::EXCESS.code].contains(&code.code) {
         return String::new();
@@ -86,7 +87,8 @@ fn worst(code: &Code, log: &FindingLog) -> String {
     }
 }
 
-/// The verdict of the states of some gates; those that are not asked have no part in it, and nothing asked is no pass.
+/// The verdict of the states of some gates; those that are not asked have no part in it, and nothing asked is
+/// no pass.
 pub fn overall(gates: impl IntoIterator<Item = State>) -> State {
     let states: Vec<State> = gates.into_iter().collect();
     let any = |state| states.contains(&state);

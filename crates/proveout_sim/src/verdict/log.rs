@@ -21,7 +21,8 @@ pub struct FindingLog {
 }
 
 impl FindingLog {
-    /// A finding of a code, with the limit's source where the code knows it and no other detail, to be filled in.
+    /// A finding of a code, with the limit's source where the code knows it and no other detail, to be filled
+    /// in.
     pub fn of(code: &Code, message: String) -> Finding {
         Finding {
             code: code.code.into(),
@@ -49,8 +50,8 @@ impl FindingLog {
         }
     }
 
-    /// Takes a finding; joins it with the one before of the same code and bodies when it goes on without a break, and
-    /// keeps the worst depth, clearance and value of the two. Gives its place in [`Self::all`].
+    /// Takes a finding; joins it with the one before of the same code and bodies when it goes on without a
+    /// break, and keeps the worst depth, clearance and value of the two. Gives its place in [`Self::all`].
     pub fn push(&mut self, finding: Finding) -> usize {
         // A note is the same note wherever the program repeats its word.
         let note = finding.code == NOTE.code || finding.code == ASSUMED.code;
@@ -80,7 +81,8 @@ impl FindingLog {
         self.findings.len() - 1
     }
 
-    /// Writes later figures into a finding: the deepest penetration, and the least clearance where it has one, mm.
+    /// Writes later figures into a finding: the deepest penetration, and the least clearance where it has
+    /// one, mm.
     pub fn deepen(&mut self, finding: usize, penetration: Option<f64>, clearance: f64) {
         if let Some(f) = self.findings.get_mut(finding) {
             f.penetration_mm = larger(f.penetration_mm, penetration);

@@ -19,7 +19,8 @@ pub struct Scallop {
     pub p95_bound_um: f64,
     /// All ridges.
     pub all: ScallopHeights,
-    /// Mean of what the geometry of cutter, lean, step and design gives, over ridges with a valley on both sides, µm.
+    /// Mean of what the geometry of cutter, lean, step and design gives, over ridges with a valley on both
+    /// sides, µm.
     pub geometric_mean_um: Option<f64>,
     /// Mean of measured less geometric height, µm.
     pub difference_mean_um: Option<f64>,
@@ -29,9 +30,11 @@ pub struct Scallop {
     pub spacing_mean_mm: Option<f64>,
     /// Largest distance of the passes along the design, mm.
     pub spacing_max_mm: Option<f64>,
-    /// Smallest width of the strip that the standing cutter cuts up to the tolerance above the design, along it, mm.
+    /// Smallest width of the strip that the standing cutter cuts up to the tolerance above the design, along
+    /// it, mm.
     pub strip_width_min_mm: Option<f64>,
-    /// Smallest width of the strip that the moving cutter cuts up to the tolerance above the design, along it, mm.
+    /// Smallest width of the strip that the moving cutter cuts up to the tolerance above the design, along
+    /// it, mm.
     pub swept_width_min_mm: Option<f64>,
     /// Ridges by the bounds that the scene sets, where it sets some for regions.
     pub regions: Vec<ScallopRegion>,

@@ -89,7 +89,8 @@ pub struct Verdict {
     pub verdict: State,
     /// The gates, in fixed order.
     pub gates: Vec<GateVerdict>,
-    /// In what the run is less than the whole check (`run --preview`, `run --stop-at`); null where it is whole.
+    /// In what the run is less than the whole check (`run --preview`, `run --stop-at`); null where it is
+    /// whole.
     #[serde(default)]
     pub partial: Option<Partial>,
     /// What was found, in order of time.
@@ -119,7 +120,8 @@ pub struct Verdict {
 pub struct MachineUsed {
     /// Name in its `machine.toml`.
     pub name: String,
-    /// SHA-256 of its `machine.toml`, as under `machine` in `digests`; the limits that the scene lowers are not in it.
+    /// SHA-256 of its `machine.toml`, as under `machine` in `digests`; the limits that the scene lowers are
+    /// not in it.
     pub digest: String,
 }
 
@@ -290,7 +292,8 @@ pub struct Deviation {
     /// Chord error that the scene asks of that mesh where the design has a closed form, mm; null elsewhere.
     #[serde(default)]
     pub mesh_asked_mm: Option<f64>,
-    /// Deviations below this may come from the error of the design (`design_error_mm`) or the sweep bound, mm.
+    /// Deviations below this may come from the error of the design (`design_error_mm`) or the sweep bound,
+    /// mm.
     pub tolerance_floor_mm: Option<f64>,
     /// Deepest gouge, mm, as a positive number: of the points of the cut part, or of the material that is
     /// missing on a ray where that is more (a wall that is gone counts with its thickness).
@@ -447,7 +450,8 @@ pub struct ProfileUsed {
     pub ra_um: Option<[f64; 2]>,
     /// The same of Rz.
     pub rz_um: Option<[f64; 2]>,
-    /// What the profile model of Dong et al. 2023 says of it; across the lay alone, null where the model has no answer.
+    /// What the profile model of Dong et al. 2023 says of it; across the lay alone, null where the model has
+    /// no answer.
     pub analytic: Option<AnalyticUsed>,
     /// Everything about it: filtered and unfiltered values, standard and edition, class, cut-offs, evaluation
     /// length, end rule, spacing.

@@ -10,7 +10,8 @@ use crate::kernels::meridian::Meridian;
 
 /// Smallest cube that is looked at, mm: its center decides.
 const SMALLEST: f64 = 0.004;
-/// Largest half diagonal of a cube that is asked by its half spaces, mm: with few cuts near it, and with more.
+/// Largest half diagonal of a cube that is asked by its half spaces, mm: with few cuts near it, and with
+/// more.
 const BY_PLANES: [f64; 2] = [8.0, 2.0];
 const FEW_CUTS: usize = 256;
 /// Cuts that are asked whether they take up what is left, the deepest first.
@@ -429,8 +430,9 @@ fn corner(bounds: &Aabb, k: u8) -> Point {
     Point::new(at(0), at(1), at(2))
 }
 
-/// Corners of the part of a cube in which every half space is at most `-shrink`: the points where three planes meet and
-/// that no other plane cuts off. Planes beyond the first [`MOST_PLANES`] are ignored, which only makes the part larger.
+/// Corners of the part of a cube in which every half space is at most `-shrink`: the points where three
+/// planes meet and that no other plane cuts off. Planes beyond the first [`MOST_PLANES`] are ignored, which
+/// only makes the part larger.
 fn corners_of_part(cube: &Cube, half_spaces: &[HalfSpace], shrink: f64) -> Vec<Point> {
     /// Points so far beyond a plane count as in it, mm.
     const ROUNDING: f64 = 1e-7;

@@ -1,4 +1,5 @@
-//! On which side of a closed mesh a point lies, and whether its skin is near: a tree of boxes over the triangles.
+//! On which side of a closed mesh a point lies, and whether its skin is near: a tree of boxes over the
+//! triangles.
 //!
 //! Inside is where the winding number is positive, as on the rays of the stock: the crossings of a line from
 //! the point, counted by their sense. A crossing so near to an edge that rounding could count it twice or not

@@ -35,8 +35,9 @@
 //! normal n, and c at the distance d beyond it, S and R have nothing in common if `b + d + touch > |g + n|
 //! h`.
 //!
-//! *Depth.* From the first place found, a climb in shrinking steps looks for the deepest one. A short search then looks
-//! for places a quarter deeper. The reported depth is that of a real place; the greatest depth may be larger.
+//! *Depth.* From the first place found, a climb in shrinking steps looks for the deepest one. A short search
+//! then looks for places a quarter deeper. The reported depth is that of a real place; the greatest depth may
+//! be larger.
 //!
 //! *Tolerances.* Material thinner than two micrometers (`FILM` on each side) is none: so much may the cuts on
 //! the rays be off (`sweep_bound_mm`), and two passes that just touch leave no film. Cubes end at 4

@@ -10,8 +10,9 @@
 //!   F(y, s) >= f(t) + g . (y - x) + f'(t) (s - t)
 //! ```
 //!
-//! One such plane that falls in time and one that rises are added so that the time drops out: what is left bounds
-//! `least over s of F(y, s)` from below by a plane in y. It is exact at x when both touch the least place.
+//! One such plane that falls in time and one that rises are added so that the time drops out: what is left
+//! bounds `least over s of F(y, s)` from below by a plane in y. It is exact at x when both touch the least
+//! place.
 //!
 //! A turn by the angle a bends the way of x in the frame of the tool: its acceleration is at most `|q| a² + 2
 //! |way| a`, with q from the tip to x. Half of that is what a plane may lie too high over the whole piece; it

@@ -23,14 +23,16 @@ pub struct TriDexel {
     /// What was lost when the material was taken over from another grid.
     pub(crate) regrid: Option<Regrid>,
     pub(crate) changed: Vec<bool>,
-    /// Passes over the rays that took something away, and the last of them for each tile; see [`crate::TileTree`].
+    /// Passes over the rays that took something away, and the last of them for each tile; see
+    /// [`crate::TileTree`].
     pub(crate) passes: u32,
     pub(crate) cut_in: Vec<u32>,
     pub(crate) history: Option<History>,
     /// Who took whole intervals, one for each tile.
     pub(crate) lost: Vec<LastEmptied>,
     pub(crate) watch_engagement: bool,
-    /// Rows of tiles without material, where [`TriDexel::pass_over_empty_rows`] has asked for them; else empty.
+    /// Rows of tiles without material, where [`TriDexel::pass_over_empty_rows`] has asked for them; else
+    /// empty.
     pub(crate) empty_rows: Vec<bool>,
 }
 
@@ -39,7 +41,8 @@ pub struct TriDexel {
 pub struct SurfacePoint {
     /// Place, mm.
     pub point: Point,
-    /// Outward unit normal of the stock (stored with 16 bits a coordinate, 7e-5 rad). None where the maker left none.
+    /// Outward unit normal of the stock (stored with 16 bits a coordinate, 7e-5 rad). None where the maker
+    /// left none.
     pub normal: Option<Vector>,
     /// The sweep item that made it; none on the initial surface.
     pub made_by: Option<u32>,
@@ -78,7 +81,8 @@ impl TriDexel {
         self.initial_volume
     }
 
-    /// Largest error of the swept surface of any motion so far, mm, in the direction of the normal; 0 before the first.
+    /// Largest error of the swept surface of any motion so far, mm, in the direction of the normal; 0 before
+    /// the first.
     pub fn sweep_bound_mm(&self) -> f64 {
         self.sweep_bound
     }

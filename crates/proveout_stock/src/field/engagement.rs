@@ -87,8 +87,9 @@ impl Contact {
         (self.across[0] <= self.across[1]).then_some(self.across[1] - self.across[0])
     }
 
-    /// Angles at which a tooth enters and leaves material, for a spindle that turns clockwise seen along the axis from
-    /// the spindle, or counter-clockwise: 0 to pi is a slot, 0 to pi / 2 up milling, pi / 2 to pi climb milling.
+    /// Angles at which a tooth enters and leaves material, for a spindle that turns clockwise seen along the
+    /// axis from the spindle, or counter-clockwise: 0 to pi is a slot, 0 to pi / 2 up milling, pi / 2 to pi
+    /// climb milling.
     pub fn entry_and_exit(&self, clockwise: bool) -> Option<[f64; 2]> {
         let [first, last] = self.angle;
         let mirrored = [std::f64::consts::PI - last, std::f64::consts::PI - first];

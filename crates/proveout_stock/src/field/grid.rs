@@ -13,8 +13,8 @@ const WHOLE_CELLS: f64 = 1e-7;
 
 /// Edges of a cell along x, y and z, mm; a single number means a cube.
 ///
-/// Rays of set `a` are as far apart as the edges of the two other axes: a stock that is finished from above along x may
-/// have long cells in x and short ones in y.
+/// Rays of set `a` are as far apart as the edges of the two other axes: a stock that is finished from above
+/// along x may have long cells in x and short ones in y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cells(pub [f64; 3]);
 

@@ -89,7 +89,8 @@ impl<'a> MeshOnRays<'a> {
         centers.partition_point(|&c| c < low)..centers.partition_point(|&c| c <= high)
     }
 
-    /// Material on the rays `rows` along v, u fastest; `triangles` are all that meet these rays, in rising order.
+    /// Material on the rays `rows` along v, u fastest; `triangles` are all that meet these rays, in rising
+    /// order.
     pub(crate) fn intervals(
         &self,
         triangles: impl Iterator<Item = usize>,

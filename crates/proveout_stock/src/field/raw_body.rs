@@ -16,7 +16,8 @@ use crate::{
 /// drawing puts on halves.
 const SAMPLED: f64 = 47.0;
 
-/// A body that fills rays with material, any number of times: once for the stock, once for each of its patches.
+/// A body that fills rays with material, any number of times: once for the stock, once for each of its
+/// patches.
 #[derive(Clone, Debug)]
 pub struct RawBody(RawForm);
 
@@ -33,7 +34,8 @@ enum RawForm {
 struct EarlierStock {
     stock: TriDexel,
     new_from_old: Pose,
-    /// Its surface in the new frame with the bound of that; none where a turn by right angles takes the rays over.
+    /// Its surface in the new frame with the bound of that; none where a turn by right angles takes the rays
+    /// over.
     surface: Option<(TriMesh, Regrid)>,
     /// Patches of the earlier run, the rest of it where they hold nothing.
     fine: Vec<TriDexel>,
@@ -254,7 +256,8 @@ impl TriDexel {
         self
     }
 
-    /// The rays of a grid that are rays of this one; none where it has others, or does not reach over the grid.
+    /// The rays of a grid that are rays of this one; none where it has others, or does not reach over the
+    /// grid.
     fn part_on(&self, grid: &RayGrid) -> Option<Self> {
         let mut first = [0; 3];
         for (k, first) in first.iter_mut().enumerate() {

@@ -118,7 +118,8 @@ impl TriDexel {
         let centers = grid.clone();
         Self::filled(grid, |a, i, j| {
             let (u, v) = ((a + 1) % 3, (a + 2) % 3);
-            // The last cell may reach past the box; a center on the upper face is outside, on the lower face inside.
+            // The last cell may reach past the box; a center on the upper face is outside, on the lower face
+            // inside.
             if centers.center(u, i) >= b.max[u] || centers.center(v, j) >= b.max[v] {
                 return Vec::new();
             }
@@ -161,8 +162,8 @@ impl TriDexel {
     /// The inside of a closed mesh.
     ///
     /// # Errors
-    /// [`StockError::Mesh`] with the first bad edge when the triangles do not bound a solid or cross themselves,
-    /// [`StockError::SelfCrossing`] where shells lie in each other; also as [`Self::from_box`].
+    /// [`StockError::Mesh`] with the first bad edge when the triangles do not bound a solid or cross
+    /// themselves, [`StockError::SelfCrossing`] where shells lie in each other; also as [`Self::from_box`].
     pub fn from_mesh(mesh: &TriMesh, cells: impl Into<Cells>, limit_bytes: u64) -> Result<Self, StockError> {
         mesh.check_solid()?;
         mesh.check_uncrossed()?;
@@ -174,7 +175,8 @@ impl TriDexel {
     /// the shells counts: material is where the winding number is positive.
     ///
     /// # Errors
-    /// [`StockError::Mesh`] for holes and faces that are turned against their neighbors; also as [`Self::from_box`].
+    /// [`StockError::Mesh`] for holes and faces that are turned against their neighbors; also as
+    /// [`Self::from_box`].
     pub fn from_mesh_repaired(mesh: &TriMesh, cells: impl Into<Cells>, limit_bytes: u64) -> Result<Self, StockError> {
         Self::from_shells(&mended(mesh)?, cells.into(), Shells::Union, limit_bytes)
     }

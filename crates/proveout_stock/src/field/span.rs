@@ -52,8 +52,8 @@ impl EndMark {
     /// Of an end that nothing is known of.
     pub(crate) const NONE: Self = Self { id: INITIAL, normal: 0 };
 
-    /// Packs a unit normal into two 16-bit octahedral coordinates (Meyer et al. 2010, "On Floating-Point Normal
-    /// Vectors"); the error is below 7e-5 rad.
+    /// Packs a unit normal into two 16-bit octahedral coordinates (Meyer et al. 2010, "On Floating-Point
+    /// Normal Vectors"); the error is below 7e-5 rad.
     pub(crate) fn new(id: u32, n: [f64; 3]) -> Self {
         let sum = n[0].abs() + n[1].abs() + n[2].abs();
         if !(sum > 0.0 && sum.is_finite()) {

@@ -23,7 +23,8 @@ pub struct SweepReport {
     pub volume_mm3: f64,
     /// Longest connected overlap on any ray, mm; 0 when the body only touches.
     pub overlap_mm: f64,
-    /// Deepest point of the body below the free surface of the material, mm, where it is measured: see [`Depths`].
+    /// Deepest point of the body below the free surface of the material, mm, where it is measured: see
+    /// [`Depths`].
     pub depth_mm: Option<f64>,
     /// Middle of the longest overlap; among equals the first in the order of the rays.
     pub first_point: Option<Point>,
@@ -39,7 +40,8 @@ pub struct SweepReport {
 const ENTRIES: usize = 8 << 20;
 /// Items of one pass.
 const ITEMS: usize = 16384;
-/// Entries of items whose depth is measured in one go: each may leave an interval of 48 bytes on each ray of its tile.
+/// Entries of items whose depth is measured in one go: each may leave an interval of 48 bytes on each ray of
+/// its tile.
 const MEASURED_ENTRIES: usize = 1 << 16;
 
 impl TriDexel {

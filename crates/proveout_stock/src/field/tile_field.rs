@@ -252,7 +252,8 @@ impl TileOverlap {
     }
 }
 
-/// What is left of a strip when `from..to` goes: below, above, and the length that is gone; none when nothing is met.
+/// What is left of a strip when `from..to` goes: below, above, and the length that is gone; none when nothing
+/// is met.
 pub(crate) struct StripRest {
     pub met: [f64; 2],
     pub gone: f64,

@@ -155,7 +155,8 @@ impl Batch<'_> {
         }
     }
 
-    /// What made the lower or upper end of an interval: a step of this batch, or what its ray had `before` it.
+    /// What made the lower or upper end of an interval: a step of this batch, or what its ray had `before`
+    /// it.
     fn mark_of(&self, a: usize, before: &[MaterialSpan], strip: &LaneStrip, upper: bool) -> EndMark {
         let (s, by, tau, sign) = if upper {
             (strip.hi, strip.hi_by, strip.hi_tau, -1.0)
@@ -353,7 +354,8 @@ impl Batch<'_> {
     }
 }
 
-/// What is about to be taken of the lanes of a layer; `several` are the lanes of which more than one interval goes.
+/// What is about to be taken of the lanes of a layer; `several` are the lanes of which more than one interval
+/// goes.
 fn note_taken<'a>(
     lanes: &Lanes,
     several: impl Iterator<Item = (usize, &'a LaneCut)>,

@@ -52,7 +52,8 @@ impl Watch {
         }
     }
 
-    /// The item has changed the tile. `mark` gives what made an end (strip, upper or not) that stood there before.
+    /// The item has changed the tile. `mark` gives what made an end (strip, upper or not) that stood there
+    /// before.
     pub(crate) fn after_item(
         &mut self,
         field: &Field,

@@ -55,7 +55,8 @@ fn agree(a: &[TakenInterval], b: &[TakenInterval], bound: f64, what: &str) {
     let (a_hull, b_hull) = (hull(a), hull(b));
     if a.is_empty() || b.is_empty() {
         let other = if a.is_empty() { b_hull } else { a_hull };
-        // A chord that one misses is shallow: on these bodies of at least 2 mm radius depth is length^2 / 16 or more.
+        // A chord that one misses is shallow: on these bodies of at least 2 mm radius depth is length^2 / 16
+        // or more.
         assert!(
             a.is_empty() == b.is_empty() || (other.1 - other.0).powi(2) / 16.0 < 4.0 * bound,
             "{what}: {a:?} {b:?}"

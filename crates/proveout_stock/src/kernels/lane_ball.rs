@@ -124,7 +124,8 @@ impl WithSimd for BallOnLanes<'_> {
 
 /// Rows of a tile that a ball may meet: a bit each.
 ///
-/// The path is taken for its box, the row for its range along u; what lies between both is `R^2 = h^2 + du^2 + dv^2`.
+/// The path is taken for its box, the row for its range along u; what lies between both is
+/// `R^2 = h^2 + du^2 + dv^2`.
 pub(crate) struct BallOnRows<'a> {
     pub path: &'a BallPath,
     pub u: [f64; 2],

@@ -11,7 +11,8 @@ use crate::{
     kernels::sweep_step::SweepStep,
 };
 
-/// Where the blocks of a tile lie: centers, and half of what lies between the rays of a block along u and v, mm.
+/// Where the blocks of a tile lie: centers, and half of what lies between the rays of a block along u and v,
+/// mm.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BlockCenters {
     pub u: [f64; BLOCKS],

@@ -1,4 +1,5 @@
-//! Sweep of any convex body for many rays at once: Newton's method on the envelope, with a proof for each ray.
+//! Sweep of any convex body for many rays at once: Newton's method on the envelope, with a proof for each
+//! ray.
 //!
 //! An end of the interval that a moving body takes up on a ray is a point (tau, s) with `F = 0` and `F_tau =
 //! 0`, or `F = 0` at the beginning or end of the motion. Newton's method on this pair finds it in a few
@@ -82,7 +83,8 @@ fn sweep<S: Simd, const TURNS: bool>(simd: S, call: BodyOnLanes<'_>) -> bool {
     let across = L::splat3(simd, vec3::scale(sideways, if square > NO_WAY { 1.0 / square } else { 0.0 }));
     let zero = L::splat(simd, 0.0);
     let (middle, axis) = (L::splat3(simd, piece.tip_at(0.5)), piece.axis_at(0.5));
-    // Weight of "as high as the material comes" against "near the ray": only an axis along the ray leaves the choice.
+    // Weight of "as high as the material comes" against "near the ray": only an axis along the ray leaves the
+    // choice.
     let weight = 0.02;
     let per_height = 1.0 / (axis[1] * axis[1] + axis[2] * axis[2] + weight);
     let along_ray = if axis[0].abs() > 0.1 { weight / axis[0] } else { 0.0 };

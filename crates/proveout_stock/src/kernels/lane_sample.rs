@@ -117,7 +117,8 @@ impl<S: Simd> LaneSample<S> {
     }
 }
 
-/// The body's function at a height of the ray and a time; see `MotionPiece::sample` for the first derivatives.
+/// The body's function at a height of the ray and a time; see `MotionPiece::sample` for the first
+/// derivatives.
 #[inline(always)]
 pub(crate) fn sample<S: Simd, const TURNS: bool>(
     motion: &LaneMotion<S>,

@@ -1,4 +1,5 @@
-//! The search for one end of the interval that a moving body takes up, for many rays at once: see `lane_body`.
+//! The search for one end of the interval that a moving body takes up, for many rays at once: see
+//! `lane_body`.
 
 use pulp::Simd;
 
@@ -145,7 +146,8 @@ pub(crate) fn first_sample<S: Simd, const TURNS: bool>(
     look
 }
 
-/// How much deeper than at the sample the body may be at another time, and how fast that grows along the ray: (1).
+/// How much deeper than at the sample the body may be at another time, and how fast that grows along the ray:
+/// (1).
 #[inline(always)]
 fn bound<S: Simd, const TURNS: bool>(motion: &LaneMotion<S>, q: &LaneSample<S>, tau: L<S>) -> [L<S>; 2] {
     let (zero, one) = (tau.same(0.0), tau.same(1.0));
@@ -197,7 +199,8 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let inside = q.f.le(s.same(REACHED));
         let turned = rise.le(s.same(RISES));
         let drop = q.f / turned.select(one, q.fs);
-        // Where the skin is smooth the last step may be longer: F leaves the tangent by curvature / 2 times its square.
+        // Where the skin is smooth the last step may be longer: F leaves the tangent by curvature / 2 times
+        // its square.
         let left_over = drop * drop * q.kr.max(s.same(body.bend));
         let smooth = q.z.gt(s.same(body.smooth[0])) & q.z.lt(s.same(body.smooth[1]));
         let near = q.f.abs().le(s.same(FLAT))
@@ -281,7 +284,8 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
             found.s = (done & !found.end).select(s, found.s);
             found.tau = done.select(tau, found.tau);
             if sign > 0.0 && covered.any() {
-                // Where the other end is likely to be: on the parabola with the same height, slope and curvature.
+                // Where the other end is likely to be: on the parabola with the same height, slope and
+                // curvature.
                 let [_, _, fss] = q.curvature::<TURNS>(motion);
                 let root = (q.f * s.same(2.0)).fma_from(fss, rise * rise).max(zero).sqrt();
                 let round = fss.gt(s.same(ROUND));
@@ -307,7 +311,8 @@ pub(crate) fn search<S: Simd, const TURNS: bool>(
         let deep_in = active & inside;
         if (astray | deep_in | (active & !settled)).any() {
             let [ftt, fts, fss] = q.curvature::<TURNS>(motion);
-            // Out of the body where its skin is round: the parabola with the same height, slope and curvature.
+            // Out of the body where its skin is round: the parabola with the same height, slope and
+            // curvature.
             let root = (q.f * s.same(2.0)).fma_from(fss, rise * rise).max(zero).sqrt();
             let round = deep_in & fss.gt(s.same(ROUND));
             let out = (root - rise) / round.select(fss, one);

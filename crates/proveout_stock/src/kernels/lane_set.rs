@@ -294,7 +294,8 @@ impl Maker {
     }
 }
 
-/// Adds the interval `ends` where `hit` holds to what a lane has, or gives the lane up when the two do not meet.
+/// Adds the interval `ends` where `hit` holds to what a lane has, or gives the lane up when the two do not
+/// meet.
 #[inline(always)]
 pub(crate) fn join<S: Simd>(
     simd: S,
@@ -339,7 +340,8 @@ mod tests {
         LaneStrip { ray: r as u8, u, v, lo, hi, lo_by: OLD, hi_by: OLD, lo_tau: 0.0, hi_tau: 0.0 }
     }
 
-    /// Lanes of two layers, more than find room: each comes back with its own answer, and no other is touched.
+    /// Lanes of two layers, more than find room: each comes back with its own answer, and no other is
+    /// touched.
     #[test]
     fn gathered_lanes_take_their_own_answers_back() {
         for (first, second) in [(0b1011, 1 << 63), (u64::MAX, 0xF0F0), (u64::MAX >> 1, 0b11), (0, u64::MAX)] {

@@ -141,7 +141,8 @@ fn compare(profile: &Profile, turn: f64, rounds: u32) -> Count {
                     let slope = |s: f64, tau: f64| piece.sample(&body, ray.at(s), tau).fs.abs().max(0.02);
                     let off = ((lane_from - from).abs() * slope(lane_from, lanes.from_tau[r]))
                         .max((lane_to - to).abs() * slope(lane_to, lanes.to_tau[r]));
-                    // A chord through a body of 2 mm radius or more that one misses is shallow: depth = length^2 / 16.
+                    // A chord through a body of 2 mm radius or more that one misses is shallow: depth =
+                    // length^2 / 16.
                     let shallow = taken.is_empty() && (lane_to - lane_from).powi(2) / 16.0 < bound;
                     assert!(off < bound || shallow, "{profile:?} {piece:?} {ray:?}: {lane_from} {lane_to}, {taken:?}");
                 } else {
@@ -305,7 +306,8 @@ fn blocks_and_rows_that_are_cleared_are_not_met() {
     assert!(cleared > 20_000 && met > 10_000, "{cleared} {met}");
 }
 
-/// A box that is cleared holds no point of the body at any time; most boxes half a millimeter away or more are cleared.
+/// A box that is cleared holds no point of the body at any time; most boxes half a millimeter away or more
+/// are cleared.
 #[test]
 fn boxes_that_are_cleared_are_not_met_at_any_time() {
     let everywhere = Aabb { min: Point::new(-1e3, -1e3, -1e3), max: Point::new(1e3, 1e3, 1e3) };

@@ -1,7 +1,7 @@
 //! A profile compiled for the sweep: one convex function whose zero set is the body.
 //!
-//! A convex body of revolution is the intersection of the bodies of its supporting lines in the half plane (r, z). With
-//! the outward normals `n(u)` of the generating curve and its support function `h`,
+//! A convex body of revolution is the intersection of the bodies of its supporting lines in the half plane
+//! (r, z). With the outward normals `n(u)` of the generating curve and its support function `h`,
 //!
 //! ```text
 //!     F(r, z) = max over u of  n_r(u) r + n_z(u) z - h(u)          n_r >= 0 on a convex body of revolution
@@ -28,7 +28,8 @@ pub(crate) const AT_CENTER: f64 = 1e-24;
 /// A face is the end of an arc when their normals, and their supports, mm, differ by less.
 const SAME_NORMAL: f64 = 1e-12;
 const SAME_SUPPORT: f64 = 1e-11;
-/// A corner lies in a tube, a center on the axis and a ball in its body within this, mm: rounding of the outline.
+/// A corner lies in a tube, a center on the axis and a ball in its body within this, mm: rounding of the
+/// outline.
 const WITHIN: f64 = 1e-9;
 /// Normals that differ by more jump: an edge is between them.
 const JUMP: f64 = 1e-6;
@@ -195,7 +196,8 @@ pub(crate) struct Meridian {
     pub rest_z: f64,
     /// Largest distance of a point of the body from the tip, mm.
     pub reach: f64,
-    /// Heights between which the skin has no edge (mm), and the largest curvature of the meridian there (1/mm).
+    /// Heights between which the skin has no edge (mm), and the largest curvature of the meridian there
+    /// (1/mm).
     pub smooth: [f64; 2],
     pub bend: f64,
 }
@@ -205,7 +207,8 @@ pub(crate) struct Meridian {
 /// more than a knife's edge.
 const EDGE: f64 = 0.1;
 
-/// The widest range of heights without edges, `EDGE` away from them, and the largest curvature of the meridian.
+/// The widest range of heights without edges, `EDGE` away from them, and the largest curvature of the
+/// meridian.
 fn smooth(segments: &[Segment]) -> ([f64; 2], f64) {
     let normals: Vec<[[f64; 2]; 2]> = segments
         .iter()

@@ -12,7 +12,8 @@ use crate::{
 pub(crate) const TURN_ERROR: f64 = 2.5e-4;
 /// Bound of the part of the error that ends the search for a maximum, mm.
 pub(crate) const SEARCH_ERROR: f64 = 1.5e-4;
-/// Largest turn of a piece, radian: keeps the approximation of the great circle below 1e-5 mm on a 100 mm tool.
+/// Largest turn of a piece, radian: keeps the approximation of the great circle below 1e-5 mm on a 100 mm
+/// tool.
 const PIECE_TURN: f64 = 0.02;
 /// Largest turn of a piece for a ball, radian: keeps the chord of the axis a direction.
 const BALL_TURN: f64 = 0.5;
@@ -92,7 +93,8 @@ impl MotionPiece {
         along(self.tip_at(tau), self.axis_at(tau), z)
     }
 
-    /// Height along the ray of the point of the body's axis that is nearest to `x` at mid-time: where to look first.
+    /// Height along the ray of the point of the body's axis that is nearest to `x` at mid-time: where to look
+    /// first.
     #[inline]
     pub(crate) fn facing(&self, body: &Meridian, x: V) -> f64 {
         let z = dot(sub(x, self.tip_at(0.5)), self.axis);
@@ -101,8 +103,8 @@ impl MotionPiece {
 
     /// The body's function at the point `x` of space and its derivatives.
     ///
-    /// With y = x - tip, z = y . w, p = y - z w, r = |p|: the gradient is `F_r p / r + F_z w`, and for a fixed point
-    /// dz/dtau = -travel . w + p . w', dr/dtau = -(p/r) . travel - z (p/r) . w'.
+    /// With y = x - tip, z = y . w, p = y - z w, r = |p|: the gradient is `F_r p / r + F_z w`, and for a
+    /// fixed point dz/dtau = -travel . w + p . w', dr/dtau = -(p/r) . travel - z (p/r) . w'.
     #[inline]
     pub(crate) fn sample(&self, body: &Meridian, x: V, tau: f64) -> BodySample {
         let w = self.axis_at(tau);
@@ -127,8 +129,8 @@ impl MotionPiece {
         self.angle2 * self.angle2.sqrt() * reach / 60.0
     }
 
-    /// Bound of the second derivative of the path of a body point at distance `reach` from the tip, in the frame of the
-    /// body, mm: |omega|^2 reach + 2 |omega| |travel|.
+    /// Bound of the second derivative of the path of a body point at distance `reach` from the tip, in the
+    /// frame of the body, mm: |omega|^2 reach + 2 |omega| |travel|.
     pub(crate) fn bend(&self, reach: f64) -> f64 {
         self.angle2 * reach + 2.0 * self.angle2.sqrt() * norm(self.travel)
     }
@@ -192,11 +194,13 @@ pub(crate) fn permuted(p: &MotionPiece, a: usize) -> MotionPiece {
     MotionPiece { tip: turn(p.tip), travel: turn(p.travel), axis: turn(p.axis), turn: turn(p.turn), angle2: p.angle2 }
 }
 
-/// Whether a body stays beyond one side of a box on all of its way: the first look at a motion, most of them in air.
+/// Whether a body stays beyond one side of a box on all of its way: the first look at a motion, most of them
+/// in air.
 pub(crate) fn stays_outside(motion: &SweepMotion, body: &Meridian, bounds: &Aabb) -> bool {
     let ends = [motion.from, motion.to];
     let chord2 = (motion.to.axis - motion.from.axis).norm_squared();
-    // A turn by the angle w lifts a point off the chord of its way by reach w^2 / 8 at most; w <= pi / 2 chord.
+    // A turn by the angle w lifts a point off the chord of its way by reach w^2 / 8 at most; w <= pi / 2
+    // chord.
     let margin = body.radius + body.reach * chord2 * (std::f64::consts::FRAC_PI_2.powi(2) / 8.0);
     (0..3).any(|i| {
         let [a, b] = ends.map(|e| {

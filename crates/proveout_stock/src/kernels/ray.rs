@@ -6,11 +6,12 @@ use crate::{
     kernels::vec3::{V, add, norm, scale},
 };
 
-/// A body point with a function value up to this (mm) counts as reached: half of what the body was made smaller by, so
-/// that touching never counts.
+/// A body point with a function value up to this (mm) counts as reached: half of what the body was made
+/// smaller by, so that touching never counts.
 pub(crate) const REACHED: f64 = 0.5 * crate::kernels::meridian::TOUCH;
 
-/// The line of a ray and the part of it that holds material; everything outside of `lo..=hi` is of no interest.
+/// The line of a ray and the part of it that holds material; everything outside of `lo..=hi` is of no
+/// interest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RayLine {
     pub u: f64,

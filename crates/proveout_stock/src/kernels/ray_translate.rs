@@ -97,7 +97,8 @@ impl Polygon {
 /// off there.
 pub(crate) fn sweep_translation(piece: &MotionPiece, body: &Meridian, ray: &RayLine) -> Option<TakenInterval> {
     let mut polygon = Polygon::new(ray.lo, ray.hi);
-    // One sample in the middle proves most misses: facing the axis of the body, or as near as the material comes.
+    // One sample in the middle proves most misses: facing the axis of the body, or as near as the material
+    // comes.
     let s = piece.facing(body, ray.at(0.5 * (ray.lo + ray.hi))).clamp(ray.lo, ray.hi);
     let first = piece.sample(body, ray.at(s), 0.5);
     if first.f > REACHED {

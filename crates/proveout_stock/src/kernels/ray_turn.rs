@@ -160,8 +160,8 @@ impl TurnSweep<'_> {
         HalfPlaneBound { value, ft, outward: f64::INFINITY, second, cross: carried[0].abs(), ds: 0.0 }
     }
 
-    /// Newton's method from outside (`sign` 1: downward from above) to the edge; the last sample outside when the body
-    /// is not met.
+    /// Newton's method from outside (`sign` 1: downward from above) to the edge; the last sample outside when
+    /// the body is not met.
     fn newton(&self, tau: f64, start: f64, sign: f64) -> Result<SweepEdge, (f64, BodySample)> {
         let end = if sign > 0.0 { self.ray.lo } else { self.ray.hi };
         let mut s = start;
@@ -187,7 +187,8 @@ impl TurnSweep<'_> {
     fn state(&self, tau: f64) -> RayState {
         match self.newton(tau, self.ray.hi, 1.0) {
             Ok(hi) => {
-                // Rounding at a grazing ray may hide the other edge; the one that was found is then all there is.
+                // Rounding at a grazing ray may hide the other edge; the one that was found is then all there
+                // is.
                 let lo = self.newton(tau, self.ray.lo, -1.0).unwrap_or(hi);
                 RayState::Meets { lo, hi }
             }
@@ -373,7 +374,8 @@ impl TurnSweep<'_> {
         }
     }
 
-    /// None when two bounds at the ends of a time range of length `h` prove that nothing is missed; else where to look.
+    /// None when two bounds at the ends of a time range of length `h` prove that nothing is missed; else
+    /// where to look.
     fn open_at(&self, h: f64, [a, b]: [HalfPlaneBound; 2]) -> Option<DoubtfulTime> {
         // Further outward (1) must not fall.
         let turned = 0.5 * self.piece.angle2 * h * h;

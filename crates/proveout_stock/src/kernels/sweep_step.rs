@@ -43,7 +43,8 @@ impl SweepStep {
     ) -> Self {
         let middle = [piece.tip_at(0.5), piece.axis_at(0.5)];
         let half_way = 0.5 * (norm(piece.travel) + piece.angle2.sqrt() * body.reach) + LONGER_MM;
-        // (1) of `ray_turn` half of the motion away from the sample, with room for the uneven pace of the turn.
+        // (1) of `ray_turn` half of the motion away from the sample, with room for the uneven pace of the
+        // turn.
         let (angle, way) = (piece.angle2.sqrt(), norm(piece.travel));
         let sway = 0.505 * angle;
         let bow = angle * angle * (0.13 + 0.2 * angle);

@@ -60,7 +60,8 @@ impl MeshClipper {
         Self { out: surface.clone(), cuts: HashMap::new() }
     }
 
-    /// What of a convex polygon lies in a box, and what lies outside of it; `plane` numbers the first of its six faces.
+    /// What of a convex polygon lies in a box, and what lies outside of it; `plane` numbers the first of its
+    /// six faces.
     fn divide(&mut self, mut polygon: Vec<u32>, bounds: &Aabb, plane: u32) -> (Vec<u32>, Vec<Vec<u32>>) {
         let mut outside = Vec::new();
         let corners = polygon.iter().map(|&i| &self.out.mesh.positions[i as usize]);

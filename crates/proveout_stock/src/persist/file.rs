@@ -1,5 +1,5 @@
-//! The stock in a file, bit for bit: heights, what made them, normals, and the history where it was kept. The layout is
-//! described in `docs/stock-file.md`.
+//! The stock in a file, bit for bit: heights, what made them, normals, and the history where it was kept. The
+//! layout is described in `docs/stock-file.md`.
 
 use std::io::{Read, Write};
 
@@ -203,7 +203,8 @@ impl TriDexel {
     /// Reads a stock; `limit_bytes` bounds the memory that it may take.
     ///
     /// # Errors
-    /// [`StockFileError`] for the first fault. Nothing is allocated beyond what the file has and the limit allows.
+    /// [`StockFileError`] for the first fault. Nothing is allocated beyond what the file has and the limit
+    /// allows.
     pub fn load(input: &mut impl Read, limit_bytes: u64) -> Result<Self, StockFileError> {
         let failed = |source| StockFileError::Io { what: "read", source };
         let mut first = Vec::with_capacity(HEADER);

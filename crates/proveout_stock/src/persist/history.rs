@@ -90,8 +90,8 @@ impl TriDexel {
         }
     }
 
-    /// The stock as it stood after the item `id` and before all later ones, bit for bit, without a history of its own.
-    /// [`Self::sweep_bound_mm`] stays that of the whole run.
+    /// The stock as it stood after the item `id` and before all later ones, bit for bit, without a history of
+    /// its own. [`Self::sweep_bound_mm`] stays that of the whole run.
     ///
     /// ```
     /// use proveout_geom::{Aabb, Point, ToolPose, Vector};

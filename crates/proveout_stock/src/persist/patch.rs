@@ -32,7 +32,8 @@ use crate::{
     sweep_item::{Action, SweepItem},
 };
 
-/// Fine cells round the window at least: a vertex depends on the cells next to it, and blocks are joined by one more.
+/// Fine cells round the window at least: a vertex depends on the cells next to it, and blocks are joined by
+/// one more.
 const GUARD: f64 = 2.0;
 /// Cells across the window at least.
 const LEAST_CELLS: f64 = 2.0;
@@ -125,12 +126,15 @@ pub struct PatchPlan {
 }
 
 impl PatchPlan {
-    /// Lays the grid of a patch over the part of `window` inside the box of a stock, in the frame of the stock.
+    /// Lays the grid of a patch over the part of `window` inside the box of a stock, in the frame of the
+    /// stock.
     ///
-    /// A face of the window that reaches the box of the stock is open: the skin of the stock belongs to the patch.
+    /// A face of the window that reaches the box of the stock is open: the skin of the stock belongs to the
+    /// patch.
     ///
     /// # Errors
-    /// [`PatchError`] for a window that holds nothing, lies outside or is too thin, and cells that are not finer.
+    /// [`PatchError`] for a window that holds nothing, lies outside or is too thin, and cells that are not
+    /// finer.
     pub fn new(
         stock: &Aabb,
         stock_cells: [f64; 3],

@@ -103,7 +103,8 @@ impl TriDexel {
         Ok(())
     }
 
-    /// The turn by right angles that brings this grid exactly onto one with the given cells, if the pose is one.
+    /// The turn by right angles that brings this grid exactly onto one with the given cells, if the pose is
+    /// one.
     pub(crate) fn exact_turn(&self, new_from_old: &Pose, cells: Cells) -> Option<Turn> {
         let same = |t: &Turn, k: usize| (self.grid.cells[t.from[k]] - cells.0[k]).abs() <= SAME_CELL * cells.0[k];
         Turn::of(new_from_old).filter(|t| (0..3).all(|k| same(t, k)))
@@ -118,7 +119,8 @@ impl TriDexel {
             (bounds.min[k], bounds.max[k]) = if turn.sign[k] > 0.0 {
                 (old.bounds.min[a] + shift[k], old.bounds.max[a] + shift[k])
             } else {
-                // The last cell may reach past the box: turned round it is the first one, and the box begins with it.
+                // The last cell may reach past the box: turned round it is the first one, and the box begins
+                // with it.
                 let end = old.bounds.min[a] + old.n[a] as f64 * old.cells[a];
                 (shift[k] - end, shift[k] - old.bounds.min[a])
             };

@@ -151,7 +151,8 @@ impl TriDexel {
         part
     }
 
-    /// Has sweeps pass over rows of tiles that hold nothing now: for a share, most of whose rows are those of others.
+    /// Has sweeps pass over rows of tiles that hold nothing now: for a share, most of whose rows are those of
+    /// others.
     pub fn pass_over_empty_rows(&mut self) {
         let rows = rows(&self.grid);
         self.empty_rows = vec![true; rows.last().map_or(0, |last| last + 1)];

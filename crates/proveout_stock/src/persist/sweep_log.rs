@@ -250,7 +250,8 @@ pub(crate) fn write_tile(out: &mut Encoder, tile: &Tile) {
     }
 }
 
-/// Range in which the rays of a tile may end: a cell of play, since they may end by rounding outside of the box.
+/// Range in which the rays of a tile may end: a cell of play, since they may end by rounding outside of the
+/// box.
 pub(crate) fn rays_end_in(grid: &RayGrid, tile: usize) -> [f64; 2] {
     let (axis, _) = grid.tile_place(tile);
     let play = grid.cells[axis];
@@ -363,7 +364,8 @@ pub(crate) mod tests {
         [flat, ball].map(|segments| Profile::new(segments).expect("a body"))
     }
 
-    /// Batches of motions, some of them probed, some measured alone and some in runs; from air to far below the block.
+    /// Batches of motions, some of them probed, some measured alone and some in runs; from air to far below
+    /// the block.
     pub(crate) fn batches<'a>(
         cutters: &'a [Profile; 2],
         random: &mut Random,

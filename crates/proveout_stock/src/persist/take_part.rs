@@ -76,7 +76,8 @@ impl TriDexel {
         Some(taken)
     }
 
-    /// Puts a part back that was taken out last, with nothing done to the stock since: the stock is then as it was.
+    /// Puts a part back that was taken out last, with nothing done to the stock since: the stock is then as
+    /// it was.
     pub fn put_back(&mut self, taken: TakenPart) {
         self.passes += 1;
         for before in taken.before {

@@ -1,4 +1,5 @@
-//! How far the extracted mesh is off the true surface, by the tangents at its crossings (see `persist::regrid`).
+//! How far the extracted mesh is off the true surface, by the tangents at its crossings (see
+//! `persist::regrid`).
 
 use proveout_geom::{Point, Vector};
 

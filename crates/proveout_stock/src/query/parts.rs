@@ -33,7 +33,8 @@ pub struct StockPart {
     pub center: Point,
     /// Box of the ends of its rays along z, to half a cell sideways, mm.
     pub bounds: Aabb,
-    /// The last sweep item that made an end of its rays, of all three sets; none where it is as it was at first.
+    /// The last sweep item that made an end of its rays, of all three sets; none where it is as it was at
+    /// first.
     pub last_made_by: Option<u32>,
     /// A point on a ray along z, in the middle of one of its intervals.
     pub(crate) seed: Point,

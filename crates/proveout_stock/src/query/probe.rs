@@ -246,7 +246,8 @@ impl Probe {
         None
     }
 
-    /// The section with the plane through `on` with the unit `normal`: closed outlines, round material and round holes.
+    /// The section with the plane through `on` with the unit `normal`: closed outlines, round material and
+    /// round holes.
     pub fn section(&self, on: &Point, normal: &Vector) -> Vec<Outline> {
         section::outlines(&self.mesh, on, normal)
     }

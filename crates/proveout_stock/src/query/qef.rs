@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, SymmetricEigen};
 use proveout_geom::{Point, Vector};
 
-/// Directions in which the planes fix the point less than this part of the best one are left at the mean of the
-/// crossings: below it is noise of the normals, above it are edges of more than about 12 degrees.
+/// Directions in which the planes fix the point less than this part of the best one are left at the mean of
+/// the crossings: below it is noise of the normals, above it are edges of more than about 12 degrees.
 const RANK: f64 = 0.02;
 
 /// Crossings of one vertex with their tangent planes.

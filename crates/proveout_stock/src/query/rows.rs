@@ -59,7 +59,8 @@ impl RayPlace {
 }
 
 impl TriDexel {
-    /// The last sweep item that took a whole interval of a ray; none where no item has, and in a stock from a file.
+    /// The last sweep item that took a whole interval of a ray; none where no item has, and in a stock from a
+    /// file.
     pub fn last_to_empty(&self, ray: &RayPlace) -> Option<u32> {
         let [i, j] = ray.index;
         if ray.axis > 2 || i >= self.grid.n[(ray.axis + 1) % 3] || j >= self.grid.n[(ray.axis + 2) % 3] {
@@ -76,8 +77,8 @@ impl TriDexel {
         self.grid.tiles[axis.min(2)][1]
     }
 
-    /// Rays of the tile `tile` of a row, in order; none for a tile that does not exist. The number of tiles in a row is
-    /// [`Self::tiles_in_row`].
+    /// Rays of the tile `tile` of a row, in order; none for a tile that does not exist. The number of tiles
+    /// in a row is [`Self::tiles_in_row`].
     pub fn rays_of_tile(&self, axis: usize, row: usize, tile: usize) -> impl Iterator<Item = RayPlace> + '_ {
         let axis = axis.min(2);
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);

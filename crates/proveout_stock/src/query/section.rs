@@ -17,7 +17,8 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// Signed area seen against the unit normal of the plane, mm²: positive round material, negative round a hole.
+    /// Signed area seen against the unit normal of the plane, mm²: positive round material, negative round a
+    /// hole.
     pub fn area(&self, normal: &Vector) -> f64 {
         let Some(origin) = self.points.first() else { return 0.0 };
         let turn = |k: usize| {

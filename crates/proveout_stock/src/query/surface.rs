@@ -56,7 +56,8 @@ pub(crate) struct Nodes<'a> {
     /// Range of nodes that are looked at: first, and one past the last.
     from: [usize; 3],
     to: [usize; 3],
-    /// One bit a node, rows along z from `from[2]`, row (i, j) at ((i - from.x) * columns + j - from.y) * words.
+    /// One bit a node, rows along z from `from[2]`, row (i, j) at ((i - from.x) * columns + j - from.y) *
+    /// words.
     bits: Vec<u64>,
     words: usize,
     /// Whether the vertices get a bound of their error.

@@ -81,7 +81,8 @@ impl Volume {
         self.total
     }
 
-    /// Looks at what was cut since; gives the volume that has gone, mm³. Negative where more was put back than cut.
+    /// Looks at what was cut since; gives the volume that has gone, mm³. Negative where more was put back
+    /// than cut.
     pub fn follow(&mut self, stock: &TriDexel) -> f64 {
         if stock.passes == self.passes || self.of_tile.len() != stock.tiles.len() {
             return 0.0;

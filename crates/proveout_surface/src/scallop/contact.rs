@@ -66,7 +66,8 @@ pub struct CutterContact<'a> {
 }
 
 impl<'a> CutterContact<'a> {
-    /// A contact; none where a direction has no length, the feed runs along the normal, or the cutter lies in the part.
+    /// A contact; none where a direction has no length, the feed runs along the normal, or the cutter lies in
+    /// the part.
     pub fn new(profile: &'a Profile, axis: Vector, normal: Vector, feed: Vector) -> Option<Self> {
         let (axis, normal) = (axis.try_normalize(SHORTEST)?, normal.try_normalize(SHORTEST)?);
         let feed = (feed - normal * feed.dot(&normal)).try_normalize(SHORTEST)?;
@@ -268,7 +269,8 @@ fn above_arc([y, z]: [f64; 2], curvature: f64) -> Option<[f64; 2]> {
     Some([a.atan2(b) / curvature, (2.0 * z + curvature * (y * y + z * z)) / (1.0 + grown)])
 }
 
-/// Height of the ridge between two passes above a design of constant curvature across the feed, and its place.
+/// Height of the ridge between two passes above a design of constant curvature across the feed, and its
+/// place.
 ///
 /// The contacts lie `step` apart (their chord, mm), `first` to the right of `second` as seen along the feed
 /// of `first`; `curvature` is that of the design, positive where it is convex. The ridge is the place at
@@ -308,7 +310,8 @@ pub fn scallop_between(
     }
     let (y, z) = (0.5 * (low + high), best?);
     above(y).filter(|(d, _)| d.abs() < CROSSED * (1.0 + step))?;
-    // Height above the circle of the design through the first contact: center at -1 / curvature on the normal.
+    // Height above the circle of the design through the first contact: center at -1 / curvature on the
+    // normal.
     let (a, b) = (y * curvature, 1.0 + z * curvature);
     let grown = a.hypot(b);
     Some(if curvature == 0.0 { z } else { (2.0 * z + curvature * (y * y + z * z)) / (1.0 + grown) })

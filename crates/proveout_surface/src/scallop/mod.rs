@@ -1,10 +1,12 @@
-//! Scallop and strip width: from the geometry of the program at each contact, and measured on the cut surface.
+//! Scallop and strip width: from the geometry of the program at each contact, and measured on the cut
+//! surface.
 //!
-//! * [`ball_scallop`], [`ball_step`] – two passes of a ball on plane, convex and concave surfaces in closed form.
+//! * [`ball_scallop`], [`ball_step`] – two passes of a ball on plane, convex and concave surfaces in closed
+//!   form.
 //! * [`CutterContact`] – any convex cutter at one contact: curvatures, widths of the strip of the standing
 //!   and of the moving cutter; [`scallop_between`] two of them.
-//! * [`ridges`] – the [`Ridge`]s between passes on a cut stock, each found on the swept surfaces themselves, with the
-//!   two adjacent valleys, the spacing, and the height that the geometry of both contacts gives.
+//! * [`ridges`] – the [`Ridge`]s between passes on a cut stock, each found on the swept surfaces themselves,
+//!   with the two adjacent valleys, the spacing, and the height that the geometry of both contacts gives.
 //! * [`heights`], [`by_patch`], [`by_pass`], [`histogram`] – their figures.
 
 mod closed;

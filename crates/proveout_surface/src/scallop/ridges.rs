@@ -115,9 +115,11 @@ pub struct Ridge {
     pub sides: Option<[Valley; 2]>,
     /// Distance of the valleys along the design, mm.
     pub spacing: Option<f64>,
-    /// Curvature of the design across the ridge, from the normals at the valleys, 1/mm; positive where it is convex.
+    /// Curvature of the design across the ridge, from the normals at the valleys, 1/mm; positive where it is
+    /// convex.
     pub curvature: Option<f64>,
-    /// Height of the ridge over a design that the valleys touch, from axis, feed and cutter at the two contacts, mm.
+    /// Height of the ridge over a design that the valleys touch, from axis, feed and cutter at the two
+    /// contacts, mm.
     pub geometric: Option<f64>,
     /// One of its two passes touches the design with a flat of its cutter: valleys, spacing and geometric
     /// height are none.

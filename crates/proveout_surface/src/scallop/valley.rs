@@ -149,7 +149,8 @@ fn on_flat(cutters: &[Vec<Profile>], side: &Valley) -> bool {
 
 /// Height of the ridge by the formulas of two contacts.
 fn geometric(cutters: &[Vec<Profile>], sides: [&Valley; 2], chord: f64, curvature: f64) -> Option<f64> {
-    // Seen along the feed, or against it, so that the second contact lies to the left; what is swept is the same.
+    // Seen along the feed, or against it, so that the second contact lies to the left; what is swept is the
+    // same.
     let left = sides[0].normal.cross(&sides[0].feed);
     let sense = if left.dot(&(sides[1].foot - sides[0].foot)) >= 0.0 { 1.0 } else { -1.0 };
     let contacts = |side: &Valley| -> Vec<CutterContact<'_>> {

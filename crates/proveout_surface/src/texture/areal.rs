@@ -110,7 +110,8 @@ impl HeightMap {
         }
     }
 
-    /// Root mean square gradient from the differences of neighbors along each direction (ISO 25178-2:2021, 4.3.1).
+    /// Root mean square gradient from the differences of neighbors along each direction (ISO 25178-2:2021,
+    /// 4.3.1).
     fn gradient(&self) -> f64 {
         let (nx, ny) = (self.columns(), self.rows());
         let along_x =

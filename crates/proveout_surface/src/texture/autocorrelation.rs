@@ -26,7 +26,8 @@ const ROUNDING_SQUARED: f64 = 1e-24;
 pub struct Autocorrelation {
     /// Sal, mm; none on a flat or where nothing decays within the map.
     pub sal: Option<f64>,
-    /// Str, from 0 (marks) to 1 (the same in all directions); none where the longest length is beyond the map.
+    /// Str, from 0 (marks) to 1 (the same in all directions); none where the longest length is beyond the
+    /// map.
     pub str: Option<f64>,
 }
 

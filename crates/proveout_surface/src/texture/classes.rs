@@ -10,7 +10,8 @@ pub enum Standard {
     /// ISO 21920-2:2021: Ra, Rq, Rsk, Rku over the evaluation length; Rp, Rv, Rz as mean over its sections.
     #[default]
     Iso21920,
-    /// ISO 4287:1997 with its amendment of 2009: Ra, Rq, Rsk, Rku as mean of the values of the sampling lengths.
+    /// ISO 4287:1997 with its amendment of 2009: Ra, Rq, Rsk, Rku as mean of the values of the sampling
+    /// lengths.
     Iso4287,
 }
 
@@ -40,7 +41,8 @@ impl Standard {
     }
 }
 
-/// A setting class of ISO 21920-3:2021, table 1: cut-offs, section and evaluation lengths that belong together.
+/// A setting class of ISO 21920-3:2021, table 1: cut-offs, section and evaluation lengths that belong
+/// together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 pub enum SettingClass {
     /// `lambda_c` 0.08 mm.
@@ -113,7 +115,8 @@ impl SettingClass {
         }
     }
 
-    /// The finest class that lets marks of this pitch (mm) pass, its cut-off not below them; none beyond 8 mm.
+    /// The finest class that lets marks of this pitch (mm) pass, its cut-off not below them; none beyond 8
+    /// mm.
     pub fn for_pitch(pitch: f64) -> Option<Self> {
         Self::ALL.into_iter().find(|class| pitch <= class.lambda_c())
     }

@@ -67,7 +67,8 @@ const LAST_TERM: f64 = 1e-18;
 /// Steepest slope up to which the series of the developed ratio is exact.
 const SERIES: f64 = 1e-3;
 
-/// Sq, Ssk and Sku of two rows of parabolas of heights `h1` and `h2` across each other; none where both are flat.
+/// Sq, Ssk and Sku of two rows of parabolas of heights `h1` and `h2` across each other; none where both are
+/// flat.
 pub fn crossed(h1: f64, h2: f64) -> Option<(f64, f64, f64)> {
     let m2 = |h: f64| 4.0 / 45.0 * h * h;
     let (m3, m4) = (|h: f64| 16.0 / 945.0 * h.powi(3), |h: f64| 16.0 / 945.0 * h.powi(4));

@@ -49,7 +49,8 @@ pub enum Cut {
     Section,
     /// What the tool sweeps as it moves along the feed.
     Swept,
-    /// What it leaves at stops of this distance along the feed, mm: the feed per tooth. One stop is at the section.
+    /// What it leaves at stops of this distance along the feed, mm: the feed per tooth. One stop is at the
+    /// section.
     Stops(f64),
 }
 
@@ -208,14 +209,16 @@ impl Dong {
         (root > 0.0).then(|| c * y * y / (1.0 + root.sqrt()))
     }
 
-    /// Signed distance of a point (contact frame, mm) from the torus (section 6 of the specification of the model).
+    /// Signed distance of a point (contact frame, mm) from the torus (section 6 of the specification of the
+    /// model).
     fn distance(&self, p: [f64; 3]) -> f64 {
         let ((sin_l, cos_l), (sin_w, cos_w)) = (self.inclination.sin_cos(), self.azimuth.sin_cos());
         let axis = [sin_l * cos_w, sin_l * sin_w, cos_l];
         // u = (N - (N T) T) / |.|, from the axis outward through the contact's side.
         let out = [-cos_l * cos_w, -cos_l * sin_w, sin_l];
         let ring = self.radius - self.corner;
-        // The center of the tool's ring: along N to the center of the corner, and from there towards the axis.
+        // The center of the tool's ring: along N to the center of the corner, and from there towards the
+        // axis.
         let q: [f64; 3] = [0, 1, 2].map(|k| p[k] - ring * out[k] - if k == 2 { self.corner } else { 0.0 });
         let along = q[0] * axis[0] + q[1] * axis[1] + q[2] * axis[2];
         let square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
@@ -243,14 +246,16 @@ impl Dong {
         self.lowest(cut, [y, 0.0], [0.0, 1.0])
     }
 
-    /// Where the cut is met first by a line across the feed: through (y, z) = `from` along the unit vector `along`.
+    /// Where the cut is met first by a line across the feed: through (y, z) = `from` along the unit vector
+    /// `along`.
     fn lowest(&self, cut: Cut, from: [f64; 2], along: [f64; 2]) -> Option<f64> {
         let torus = |x: f64| self.meet([x, from[0], from[1]], [0.0, along[0], along[1]]);
         match cut {
             Cut::Section => torus(0.0),
             Cut::Swept => self.swept(from, along).map(|(t, _)| t),
             Cut::Stops(step) => {
-                // The lower side is convex along the feed: one of the two stops round its lowest place is the lowest.
+                // The lower side is convex along the feed: one of the two stops round its lowest place is the
+                // lowest.
                 let (_, x) = self.swept(from, along)?;
                 let below = (x / step).floor();
                 [below, below + 1.0].into_iter().filter_map(|k| torus(k * step)).reduce(f64::min)

@@ -1,4 +1,5 @@
-//! Surface texture: parameters, filters and setting classes of profiles (ISO 21920, ISO 4287) and of areas (ISO 25178).
+//! Surface texture: parameters, filters and setting classes of profiles (ISO 21920, ISO 4287) and of areas
+//! (ISO 25178).
 //!
 //! Data in: heights over a lattice, mm, the form already removed (heights are distances to the design
 //! surface along its normals). Data out: parameters, mm for heights, together with everything that they
@@ -11,7 +12,8 @@
 //!   the direction of the marks, [`Autocorrelation`] their lengths.
 //! * [`gaussian_mean`] – the linear Gaussian filter of ISO 16610-21 and -61.
 //! * [`SettingClass`] – Sc1 to Sc5 of ISO 21920-3:2021, table 1.
-//! * [`TextureReport`] – what outputs print: values, all that they depend on, and by name what could not be evaluated.
+//! * [`TextureReport`] – what outputs print: values, all that they depend on, and by name what could not be
+//!   evaluated.
 //! * [`dong`] – the analytic profile of passes of a bull-nose tool.
 //! * [`mod@file`] – SMD, SDF and X3P files.
 //! * [`cusp`] – closed forms of the rows of arcs that a path with a constant step leaves.

@@ -32,8 +32,8 @@ use proveout_tool::{Profile, Segment};
 
 use super::{PathPiece, outline::CutterOutline};
 
-/// Largest distance of a part of a turning piece from its chord, mm. Below a third of the grain of a gouge search, no
-/// block stays undecided.
+/// Largest distance of a part of a turning piece from its chord, mm. Below a third of the grain of a gouge
+/// search, no block stays undecided.
 const BULGE: f64 = 5e-5;
 /// Levels of groups round a piece that are searched before all others.
 const NEIGHBORS: u32 = 2;
@@ -401,7 +401,8 @@ impl SweptBodies {
         Some(self.nearest(part, p, [f64::NEG_INFINITY, far]))
     }
 
-    /// Least distance over time; the search ends once it is `enough` or less, or is known to be more than `far`.
+    /// Least distance over time; the search ends once it is `enough` or less, or is known to be more than
+    /// `far`.
     ///
     /// Without a turn, the distance is convex in time and lies above its tangents. The least value is at an
     /// end from which it rises, or above the point where a falling and a rising tangent meet. A turn by the
@@ -490,7 +491,8 @@ impl SweptBodies {
         self.last_of(self.root()?, p, margin)
     }
 
-    /// Whether a piece, or one of those made shortly before or after it, came within `margin` (mm) of a point.
+    /// Whether a piece, or one of those made shortly before or after it, came within `margin` (mm) of a
+    /// point.
     pub fn reaches(&self, piece: u32, p: &Point, margin: f64) -> bool {
         let index = self.moves.partition_point(|m| m.piece < piece);
         let group = |level: u32| SweepItem { level: level as u8, index: (index / GROUP.pow(level)) as u32 };

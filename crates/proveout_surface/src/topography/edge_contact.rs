@@ -189,7 +189,8 @@ impl PieceRun {
         self.pieces.partition_point(|p| p.time[1] < time).min(self.pieces.len().saturating_sub(1))
     }
 
-    /// Lowers `best` by the contacts of edge `index`, searched outward from `from`; heights above `cap` do not count.
+    /// Lowers `best` by the contacts of edge `index`, searched outward from `from`; heights above `cap` do
+    /// not count.
     pub(crate) fn search(
         &self,
         ray: &NormalLine,
@@ -449,7 +450,8 @@ impl ContactWalk<'_> {
         let rho2 = q.x * q.x + q.y * q.y;
         let rho = rho2.sqrt();
         let speed = met.norm();
-        // Nearest to the axis on the way over this turn and the quarter that the next contact may lie beyond it.
+        // Nearest to the axis on the way over this turn and the quarter that the next contact may lie beyond
+        // it.
         let (run, over) = ((q.x * met.x + q.y * met.y) * direction, 1.25 * TAU / w.abs());
         let flat = met.x * met.x + met.y * met.y;
         let until = (-run / flat.max(NOT_ZERO)).clamp(0.0, over);
@@ -519,7 +521,8 @@ impl ContactWalk<'_> {
             let next = 4.0 * step * step * (edge.radius + edge.center_radius.abs());
             let settled = dh.abs() <= CLOSE * (1.0 + h.abs()) && (dt * self.piece.azimuth_rate).abs() < SETTLED_RAD;
             if settled || simple && next <= CLOSE {
-                // Coming from inside of the design the arc is entered, on the side of the tooth, in its range.
+                // Coming from inside of the design the arc is entered, on the side of the tooth, in its
+                // range.
                 let on_edge = ah < 0.0 && (residual.along >= 0.0 || residual.side >= 0.0) && edge.holds(&residual);
                 return Some(EdgeCrossing { time: t, height: h, on_edge });
             }

@@ -119,7 +119,8 @@ fn sample(ray: &NormalLine, piece: &SweptPiece, body: &CutterBody, time: f64, he
     }
 }
 
-/// The lowest touch of a piece below a height, and when: (height, time). `near` is a time and a height to begin with.
+/// The lowest touch of a piece below a height, and when: (height, time). `near` is a time and a height to
+/// begin with.
 ///
 /// A convex body that moves straight makes the height a convex function of time, and [`descend`] finds its
 /// lowest place. Where the piece turns, or the body leaves the ray within the piece, there may be several:
@@ -211,9 +212,11 @@ struct TouchSearch<'a> {
     speed: f64,
 }
 
-/// What one time says about those around it: no touch lies below the height while its tangent plane is above it.
+/// What one time says about those around it: no touch lies below the height while its tangent plane is above
+/// it.
 enum TimeNeighborhood {
-    /// The distance at a place whose depth under the height is given, and what the tangent there leaves at the height.
+    /// The distance at a place whose depth under the height is given, and what the tangent there leaves at
+    /// the height.
     Tangent { below: RaySample, free: f64, depth: f64 },
     /// For so long nothing comes near.
     Clear(f64),
@@ -231,7 +234,8 @@ impl TouchSearch<'_> {
         if s.by_height < 0.0 {
             return TimeNeighborhood::Tangent { free: s.distance, below: s, depth: 0.0 };
         }
-        // Past the body: that lies between the height and the design, or was never on this side of the design.
+        // Past the body: that lies between the height and the design, or was never on this side of the
+        // design.
         let floor = height.min(0.0);
         let design = sample(ray, piece, body, time, floor);
         if design.by_height >= 0.0 {
@@ -376,7 +380,8 @@ pub(crate) fn descend(
         if settled || 4.0 * up.abs() * turning < rate.abs() {
             if rate < 0.0 { low = time } else { high = time }
         }
-        // A convex height cannot fall by more on the way to the zero of its rate, which lies between `low` and `high`.
+        // A convex height cannot fall by more on the way to the zero of its rate, which lies between `low`
+        // and `high`.
         if settled && (rate * (high - low)).abs() <= CLOSE {
             return (Some((height, time)), true);
         }

@@ -30,7 +30,8 @@ const BLOCK: usize = 16;
 const BAND: usize = 64;
 /// Parts of vectors across a normal that are shorter have no direction.
 const SHORTEST: f64 = 1e-9;
-/// Cosine between a tangent plane's normal and the lines of a block from which on it bounds their heights from below.
+/// Cosine between a tangent plane's normal and the lines of a block from which on it bounds their heights
+/// from below.
 const STEEPEST: f64 = 1e-3;
 /// A piece begins where and when the one before ends within this, s, mm and radian.
 const JOINED_S: f64 = 1e-9;
@@ -90,7 +91,8 @@ pub fn heights_by_envelope(
     HeightSearch::new(lattice, pieces, CutterBody::Outline(CutterOutline::new(cutter)), None, settings).heights()
 }
 
-/// Heights that the edges of the teeth leave. Edges that are not finite, or whose arc has no radius, leave none.
+/// Heights that the edges of the teeth leave. Edges that are not finite, or whose arc has no radius, leave
+/// none.
 pub fn heights_by_edges(lattice: &Lattice, edges: &[Edge], pieces: &[CutterPiece], settings: &Settings) -> Topography {
     // Arcs of one kind are searched together, those of ball and side of a barrel apart: one body would hold
     // both only loosely.

@@ -14,8 +14,8 @@ const AT_CORNER: f64 = 1e-12;
 pub(crate) enum CutterBody {
     /// The nominal cutter.
     Outline(CutterOutline),
-    /// A convex body that holds the circles of all edges: everything within `radius` of the disc and cylinder above
-    /// (r <= center radius, z >= center height).
+    /// A convex body that holds the circles of all edges: everything within `radius` of the disc and cylinder
+    /// above (r <= center radius, z >= center height).
     Corner { center_radius: f64, center_height: f64, radius: f64 },
     /// The same for arcs with centers beyond the axis (barrels): the arc alone, turned.
     Barrel { center_radius: f64, center_height: f64, radius: f64 },
@@ -138,7 +138,8 @@ impl CutterOutline {
         if outside { if best.0 > 0.0 && best.0 <= corner.0 { best } else { corner } } else { best }
     }
 
-    /// Largest `r across + z along` over the body: how far it reaches along a unit direction with these parts.
+    /// Largest `r across + z along` over the body: how far it reaches along a unit direction with these
+    /// parts.
     #[inline]
     pub(crate) fn support(&self, across: f64, along: f64) -> f64 {
         let toward = |p: [f64; 2]| p[0] * across + p[1] * along;

@@ -216,7 +216,8 @@ impl SweptPath {
             .is_some_and(|p| (p.to.tip - p.from.tip).norm() + (p.to.axis - p.from.axis).norm() < JOINED)
     }
 
-    /// The lowest place over a line on the path that goes on from a contact in both directions, as long as it falls.
+    /// The lowest place over a line on the path that goes on from a contact in both directions, as long as it
+    /// falls.
     pub fn follow(&self, from: &PathContact, point: &Point, normal: &Vector) -> Option<PathContact> {
         let mut best = self.contact(from.piece, point, normal, (from.height, from.at));
         let start = best.map_or(from.piece, |b| b.piece);
@@ -224,7 +225,8 @@ impl SweptPath {
             let mut here = start;
             let mut own = best.filter(|b| b.piece == start).or(best);
             for _ in 0..MOST_STEPS {
-                // Its neighbors are asked even where it is lowest inside: a bend of the path may hide a lower place.
+                // Its neighbors are asked even where it is lowest inside: a bend of the path may hide a lower
+                // place.
                 let next = if forward { here.checked_add(1) } else { here.checked_sub(1) };
                 let Some(next) = next.filter(|n| self.joined(here, *n)) else { break };
                 let guess = (best.map_or(from.height, |b| b.height), if forward { 0.0 } else { 1.0 });
@@ -369,7 +371,8 @@ mod tests {
             if degrees < 180.0 {
                 assert!((found.height - exact).abs() < bound, "{degrees}: {} {exact}", found.height);
             } else {
-                // From piece 10 the height does not fall all the way round: the start of the path ends the search.
+                // From piece 10 the height does not fall all the way round: the start of the path ends the
+                // search.
                 assert!(found.height >= exact - bound);
             }
             let near = path.near(&point, 0.1);

@@ -10,7 +10,8 @@ use super::{
     CutterPiece, Edge, Lattice, Settings, TeethError, check_chip, check_motion, edges_of, heights_by_edges, phase_zero,
 };
 
-/// Two round inserts, D = 10 mm; Duong, Nguyen 2026, case A1: 170 m/min, 0.6 mm a tooth. `hand` is that of the tool.
+/// Two round inserts, D = 10 mm; Duong, Nguyen 2026, case A1: 170 m/min, 0.6 mm a tooth. `hand` is that of
+/// the tool.
 fn edges(hand: &str) -> Vec<Edge> {
     let text = format!(
         "[[tool]]\nnumber = 1\nname = \"A1\"\nkind = \"bull_nose\"\ndiameter_mm = 20\ncorner_radius_mm = 5\n\

@@ -31,7 +31,8 @@ fn library(mut tools: Vec<ToolDraft>) -> ToolLibrary {
     ToolLibrary::from_text(Path::new("tools.toml"), &text).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// An end mill of half an inch in a holder drawn in millimeters, whose last segment goes on above the gauge line.
+/// An end mill of half an inch in a holder drawn in millimeters, whose last segment goes on above the gauge
+/// line.
 const MIXED: &str = r#"{"data": [
   {"type": "flat end mill", "unit": "inches", "description": "1/2 rougher", "guid": "x", "BMC": "carbide",
    "geometry": {"DC": 0.5, "LCF": 1.25, "LB": 2.0, "OAL": 3.0, "SFDM": 0.5, "NOF": 4, "HAND": true, "shoulder-length": 1.5, "shoulder-diameter": 0.48},

@@ -109,7 +109,8 @@ const KINDS: [(&[&str], &str, Option<SubstituteBody>); 17] = [
     ),
 ];
 
-/// Kind of a tool by the words of a text, and what it stands for where it replaces one that the library lacks.
+/// Kind of a tool by the words of a text, and what it stands for where it replaces one that the library
+/// lacks.
 pub fn kind_of(text: &str) -> Option<(&'static str, Option<SubstituteBody>)> {
     let text = text.to_lowercase().replace('_', " ");
     let has = |word: &&str| {

@@ -1,4 +1,5 @@
-//! No code looks into a sentence to find a fact: what a sentence says is a field, an enum or a typed cause as well.
+//! No code looks into a sentence to find a fact: what a sentence says is a field, an enum or a typed cause as
+//! well.
 
 use std::path::Path;
 

@@ -170,7 +170,8 @@ mod tests {
 
     #[test]
     fn the_table_has_no_cycle() {
-        // Every crate uses only crates whose own rows use fewer: peeling off rows without open uses empties the table.
+        // Every crate uses only crates whose own rows use fewer: peeling off rows without open uses empties
+        // the table.
         let mut open: Vec<&(&str, &[&str])> = MAY_USE.iter().collect();
         let mut done: Vec<&str> = Vec::new();
         while !open.is_empty() {

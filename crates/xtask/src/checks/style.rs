@@ -8,7 +8,8 @@ use std::{
 
 use crate::{TaskError, files};
 
-/// Turns to write in another way, a line each: their forms, and what to write instead; `..` holds up to three words.
+/// Turns to write in another way, a line each: their forms, and what to write instead; `..` holds up to three
+/// words.
 const TURNS: &str = include_str!("turns.txt");
 /// Most uses of one turn in 10,000 words of comments, of messages and of pages, each.
 const TURNS_IN_10_000_WORDS: f64 = 2.0;
@@ -24,7 +25,8 @@ type Text = (usize, String);
 /// Texts of one kind, with their files.
 type Texts = Vec<(PathBuf, Text)>;
 
-/// Fails with the worst places of every turn that is used too often, of long sentences and of long comment lines.
+/// Fails with the worst places of every turn that is used too often, of long sentences and of long comment
+/// lines.
 pub(crate) fn check(root: &Path) -> Result<String, TaskError> {
     let [mut comments, mut messages, mut pages] = [Texts::new(), Texts::new(), Texts::new()];
     for path in text_files(root)? {

@@ -1,7 +1,7 @@
 //! The cone, the cylinder that rolls on it, and the rotary words for a tool axis.
 //!
-//! All points and directions are in the workpiece frame W of the scene: origin at the center of the blank's top face,
-//! z up. Lengths in mm, angles in radian.
+//! All points and directions are in the workpiece frame W of the scene: origin at the center of the blank's
+//! top face, z up. Lengths in mm, angles in radian.
 //!
 //! ```text
 //!              apex                     a   cone axis, from base to apex, tilted about +Y
@@ -14,10 +14,10 @@
 //!         /------------\|__             s: distance from the apex to the tool's lower end along generator
 //! ```
 //!
-//! The tool cylinder touches the tangent plane of the cone along the whole generator and lies outside of it. A cone is
-//! convex, so the cylinder enters the cone nowhere, and turning it about the cone's axis cuts the cone exactly.
-//! The lower end of the tool is a disk square to the generator. Its rim point on the contact line is the lowest point
-//! of the disk along the cone's axis, so the wall is exact down to the circle s.
+//! The tool cylinder touches the tangent plane of the cone along the whole generator and lies outside of it.
+//! A cone is convex, so the cylinder enters the cone nowhere, and turning it about the cone's axis cuts the
+//! cone exactly. The lower end of the tool is a disk square to the generator. Its rim point on the contact
+//! line is the lowest point of the disk along the cone's axis, so the wall is exact down to the circle s.
 
 /// Point or direction in W.
 pub(crate) type Xyz = [f64; 3];
@@ -75,8 +75,8 @@ impl Cone {
         along([cos * r[0], cos * r[1], cos * r[2]], sin, self.axis)
     }
 
-    /// Signed distance of a point from the cone, positive outside; valid where the foot of the perpendicular lies
-    /// below the apex.
+    /// Signed distance of a point from the cone, positive outside; valid where the foot of the perpendicular
+    /// lies below the apex.
     pub(crate) fn distance(&self, p: Xyz) -> f64 {
         let v = along(p, -1.0, self.apex);
         let below_apex = -dot(v, self.axis);
@@ -101,14 +101,16 @@ impl Location {
     }
 }
 
-/// The cylinder of radius `radius` on the generator `theta`, lower end `s` from the apex, `allowance` off the cone.
+/// The cylinder of radius `radius` on the generator `theta`, lower end `s` from the apex, `allowance` off the
+/// cone.
 pub(crate) fn on_generator(cone: &Cone, theta: f64, s: f64, radius: f64, allowance: f64) -> Location {
     let d = cone.generator(theta);
     let contact = along(cone.apex, s, d);
     Location { tip: along(contact, radius + allowance, cone.normal(theta)), axis: [-d[0], -d[1], -d[2]] }
 }
 
-/// Order and letters of the two rotary axes of a machine; angles count as motion of the tool against the workpiece.
+/// Order and letters of the two rotary axes of a machine; angles count as motion of the tool against the
+/// workpiece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Rotaries {
     /// `t = Rz(C) Ry(B) e_z`, B positive.
@@ -126,7 +128,8 @@ impl Rotaries {
         }
     }
 
-    /// Tilt and C (radian) for a unit tool axis off the Z direction; of the equal angles C, the one next to `near`.
+    /// Tilt and C (radian) for a unit tool axis off the Z direction; of the equal angles C, the one next to
+    /// `near`.
     pub(crate) fn angles(self, t: Xyz, near: f64) -> [f64; 2] {
         let inclination = t[0].hypot(t[1]).atan2(t[2]);
         let (tilt, c) = match self {
@@ -149,10 +152,10 @@ impl Rotaries {
 
 /// Largest entry of the cylinder into the cone on the way between two locations, mm; negative is a distance.
 ///
-/// The tip runs on a straight line. Two laws are tried for the axis: both rotary angles in proportion (840D `ORIAXES`)
-/// and the great circle (`ORIVECT`). A disk of the cylinder lies within the ball of the same radius and center, so
-/// `radius - distance(center)` over the axis up to `reach` bounds the entry; it is exact to second order in the small
-/// angle between tool axis and generator.
+/// The tip runs on a straight line. Two laws are tried for the axis: both rotary angles in proportion (840D
+/// `ORIAXES`) and the great circle (`ORIVECT`). A disk of the cylinder lies within the ball of the same
+/// radius and center, so `radius - distance(center)` over the axis up to `reach` bounds the entry; it is
+/// exact to second order in the small angle between tool axis and generator.
 pub(crate) fn entry_between(
     cone: &Cone,
     rotaries: Rotaries,

@@ -85,7 +85,8 @@ pub(crate) struct ConePass {
     pub(crate) path_tolerance: f64,
 }
 
-/// The passes in order: three levels in two rings each, the semi-finish pass with 1 mm allowance, the finish pass.
+/// The passes in order: three levels in two rings each, the semi-finish pass with 1 mm allowance, the finish
+/// pass.
 pub(crate) fn passes() -> Vec<ConePass> {
     /// Left on the floor by roughing, mm.
     const FLOOR_ALLOWANCE: f64 = 0.5;
@@ -137,10 +138,10 @@ impl ConePass {
 
     /// Blocks of a full turn such that no block enters the allowance by more than the bound.
     ///
-    /// The tip runs on a circle of radius `rho` about the cone's axis; the chord over the angle `w` lies `rho w² / 8`
-    /// inside, of which the cosine of the half angle counts along the normal. Points higher on the tool run on smaller
-    /// circles. The interpolation of the two rotary angles adds to it where C runs fast, so the number is checked with
-    /// [`entry_between`] over the whole turn and raised until it holds.
+    /// The tip runs on a circle of radius `rho` about the cone's axis; the chord over the angle `w` lies
+    /// `rho w² / 8` inside, of which the cosine of the half angle counts along the normal. Points higher on
+    /// the tool run on smaller circles. The interpolation of the two rotary angles adds to it where C runs
+    /// fast, so the number is checked with [`entry_between`] over the whole turn and raised until it holds.
     pub(crate) fn blocks_per_turn(&self, rotaries: Rotaries) -> u32 {
         let cone = cone();
         let rho =
@@ -163,7 +164,8 @@ impl ConePass {
             .fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// Distance further off the cone at which the tool is clear of the blank where the pass starts and ends, mm.
+    /// Distance further off the cone at which the tool is clear of the blank where the pass starts and ends,
+    /// mm.
     pub(crate) fn clear_offset(&self) -> f64 {
         let lead = LEAD_DEG.to_radians();
         let ends = [lead, -lead - OVERLAP_DEG.to_radians()];
@@ -178,8 +180,8 @@ impl ConePass {
     }
 }
 
-/// Bound from below on the distance of the tool from the blank, mm: every point of the tool lies within the radius of a
-/// point of its axis.
+/// Bound from below on the distance of the tool from the blank, mm: every point of the tool lies within the
+/// radius of a point of its axis.
 pub(crate) fn distance_from_blank(tool: &Location, radius: f64) -> f64 {
     (0..=400)
         .map(|i| {

@@ -161,7 +161,8 @@ fn write_pass(out: &mut ProgramWriter, rotaries: Rotaries, index: usize, pass: &
     let steps_of = |degrees: f64| (degrees.to_radians() / step).ceil() as i32;
     let lead = steps_of(LEAD_DEG);
     let turn_end = -(blocks_per_turn as i32) - steps_of(OVERLAP_DEG);
-    // Distance off the cone falls with the square of the angle to go: the path is tangential where it meets the turn.
+    // Distance off the cone falls with the square of the angle to go: the path is tangential where it meets
+    // the turn.
     let extra = |i: i32| {
         let to_go = f64::from((i.max(0)).max(turn_end - i)) / f64::from(lead);
         clear_offset * to_go * to_go

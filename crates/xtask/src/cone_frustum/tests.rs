@@ -1,5 +1,6 @@
-//! The programs are read back as text and every block is measured against the cone with formulas that share nothing
-//! with the generator: rotation matrices instead of its angles, the half-angle test of a cone instead of its distance.
+//! The programs are read back as text and every block is measured against the cone with formulas that share
+//! nothing with the generator: rotation matrices instead of its angles, the half-angle test of a cone instead
+//! of its distance.
 
 use super::{
     geometry::Rotaries,
@@ -86,8 +87,8 @@ fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| a[i] - b[i])
 }
 
-/// Signed distance of a point from the cone: length of the vector from the apex times the sine of the angle by which it
-/// lies outside of the half angle.
+/// Signed distance of a point from the cone: length of the vector from the apex times the sine of the angle
+/// by which it lies outside of the half angle.
 fn distance(p: [f64; 3]) -> f64 {
     let v = minus(p, APEX);
     let length = dot(v, v).sqrt();
@@ -108,8 +109,8 @@ fn turn(pass: &[Row], radius: f64, allowance: f64) -> Vec<&Row> {
 
 #[test]
 fn every_block_of_a_turn_lies_on_the_cone_with_its_allowance() {
-    // Rounding of the tip moves the cylinder by at most sqrt(3) halves of the last decimal; rounding of both angles by
-    // their sum over the length of the flank.
+    // Rounding of the tip moves the cylinder by at most sqrt(3) halves of the last decimal; rounding of both
+    // angles by their sum over the length of the flank.
     let reach = 40.0;
     let bound = 1e-6 + 3_f64.sqrt() * LENGTH_ROUNDING + 2.0 * ANGLE_ROUNDING_DEG.to_radians() * reach;
     for (target, passes) in programs() {
@@ -180,7 +181,8 @@ fn a_turn_closes_without_a_jump_of_c_and_in_climb_direction() {
 fn rapids_and_plunges_stay_outside_of_the_blank() {
     for (target, passes) in programs() {
         for (pass, wanted) in passes.iter().zip(plan::passes()) {
-            // The first three rows and the last are rapid or plunge; the motion between them is along the tool axis.
+            // The first three rows and the last are rapid or plunge; the motion between them is along the
+            // tool axis.
             for row in pass[..3].iter().chain(pass.last()) {
                 let axis = tool_axis(target.rotaries, row);
                 for height in 0..300 {

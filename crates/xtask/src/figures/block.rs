@@ -1,4 +1,5 @@
-//! Figures of a page that are listed in one block at its end, so that the raw text and its tables can be read.
+//! Figures of a page that are listed in one block at its end, so that the raw text and its tables can be
+//! read.
 //!
 //! ```text
 //!   Re-scheduling saves 17.8 ± 3.6 percent.            the text has the numbers alone

@@ -106,7 +106,8 @@ pub(crate) fn bytes(numbers: &KinematicNumbers, parts: &[MachinePart]) -> io::Re
     Ok(file)
 }
 
-/// Equal vertices joined, as seen by readers in single precision; triangles that lost a corner by it are left out.
+/// Equal vertices joined, as seen by readers in single precision; triangles that lost a corner by it are left
+/// out.
 fn merged(part: &MachinePart, origin: V3) -> (Vec<[f32; 3]>, Vec<[u32; 3]>) {
     let mut seen: BTreeMap<[u32; 3], u32> = BTreeMap::new();
     let mut points = Vec::new();

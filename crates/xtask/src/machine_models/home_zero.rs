@@ -1,4 +1,5 @@
-//! Machines whose axes are zero at home: the shapes are those of a machine whose axes read the place of the gauge line.
+//! Machines whose axes are zero at home: the shapes are those of a machine whose axes read the place of the
+//! gauge line.
 //!
 //! The functions of `library` build a machine with its slides at zero on the table. Here the numbers are
 //! first converted to that zero, and what the slides carry is then moved to its place with the slides at

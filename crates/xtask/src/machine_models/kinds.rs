@@ -1,4 +1,5 @@
-//! Machines of the kind that many shops have: travel and table of a maker's type on the structures of this library.
+//! Machines of the kind that many shops have: travel and table of a maker's type on the structures of this
+//! library.
 
 use crate::{
     TaskError,

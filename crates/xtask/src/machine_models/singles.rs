@@ -1,5 +1,5 @@
-//! Machines of their own build: the blade center between centers, the desktop mill, the grinder with a fixed tool; and
-//! slides that only one machine has.
+//! Machines of their own build: the blade center between centers, the desktop mill, the grinder with a fixed
+//! tool; and slides that only one machine has.
 
 use crate::{
     TaskError,
@@ -195,7 +195,8 @@ pub(crate) fn pocket_nc(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, 
     let face = numbers.table[1];
     let gauge = numbers.gauge[2];
 
-    // Room: y up. Base plate below everything, a tower on the left for the table, rails on the right for the spindle.
+    // Room: y up. Base plate below everything, a tower on the left for the table, rails on the right for the
+    // spindle.
     let floor = -190.0;
     let base = block([-175.0, floor - 16.0, -110.0], [175.0, floor, 300.0], 6.0);
     let tower = block([-175.0, floor - 2.0, -110.0], [-128.0, 160.0, 40.0], 6.0);
@@ -258,7 +259,8 @@ pub(crate) fn lu_serial(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, 
     let (x, y, z) = (x?, y?, z?);
     let under = trunnion.floor(numbers)?;
     let console = under - 40.0;
-    // The post stays 120 mm deep in its sleeve at the highest Z; the sleeve ends below the console at the lowest.
+    // The post stays 120 mm deep in its sleeve at the highest Z; the sleeve ends below the console at the
+    // lowest.
     let sleeve_top = console + z[0] - 12.0;
     let post_low = sleeve_top - 120.0 - z[1];
     let y_top = post_low + z[0] - 20.0;

@@ -1,5 +1,5 @@
-//! Closed solids from a few numbers: blocks with chamfered edges, prisms, bodies of revolution. Lengths in mm, faces
-//! outward. Solids that are put together keep their own shells and may run into each other.
+//! Closed solids from a few numbers: blocks with chamfered edges, prisms, bodies of revolution. Lengths in
+//! mm, faces outward. Solids that are put together keep their own shells and may run into each other.
 
 use std::f64::consts::{PI, TAU};
 
@@ -42,7 +42,8 @@ impl UnitAxis {
         v
     }
 
-    /// Place of the outline point (a, b) at `t` along the axis: (y, z) along x, (z, x) along y, (x, y) along z.
+    /// Place of the outline point (a, b) at `t` along the axis: (y, z) along x, (z, x) along y, (x, y) along
+    /// z.
     fn place(self, [a, b]: [f64; 2], t: f64) -> V3 {
         match self {
             Self::X => [t, a, b],
@@ -56,7 +57,8 @@ impl UnitAxis {
 /// corners of a spindle nose of 100 mm protrude by 0.05 mm, those of a table of 600 mm by 0.29 mm.
 const SECTORS: usize = 72;
 
-/// Radius of the corners of a polygon that touches a circle from outside, `half` being half the angle of a facet.
+/// Radius of the corners of a polygon that touches a circle from outside, `half` being half the angle of a
+/// facet.
 fn outer(radius: f64, half: f64) -> f64 {
     // A model keeps four decimals in single precision, which must not bring a facet inside.
     radius / half.cos() + 1e-4
@@ -129,7 +131,8 @@ pub(crate) fn block(min: V3, max: V3, chamfer: f64) -> SolidMesh {
     let c = chamfer.min(0.2 * side);
     let center = scaled(add(min, max), 0.5);
     let mut solid = SolidMesh::default();
-    // Vertex 3 * corner + axis: the corner moved inward along the two other axes, thus on the face across `axis`.
+    // Vertex 3 * corner + axis: the corner moved inward along the two other axes, thus on the face across
+    // `axis`.
     for corner in 0..8 {
         for axis in 0..3 {
             let place = |k: usize| {
@@ -210,8 +213,8 @@ fn across(axis: V3) -> [V3; 2] {
     [u, cross(axis, u)]
 }
 
-/// Profile `[radius, height]` turned about the line through `foot` along `axis`; it runs from the line to the line,
-/// upward on the outside.
+/// Profile `[radius, height]` turned about the line through `foot` along `axis`; it runs from the line to the
+/// line, upward on the outside.
 pub(crate) fn revolved(foot: V3, axis: V3, profile: &[[f64; 2]]) -> SolidMesh {
     let [u, v] = across(axis);
     let mut solid = SolidMesh::default();
@@ -278,7 +281,8 @@ pub(crate) fn slotted_disc(center: [f64; 2], radius: f64, face: f64, thickness: 
         let high = if k == slots { radius } else { pitch * (k as f64 + 1.0) - radius - 0.5 * width };
         let mut outline = Vec::new();
         let arc = |from: f64, to: f64, outline: &mut Vec<[f64; 2]>| {
-            // Equal angles; the outline closes on itself where the two sides meet, so that no two points fall together.
+            // Equal angles; the outline closes on itself where the two sides meet, so that no two points fall
+            // together.
             let [first, last] = [from, to].map(|y| (y / radius).clamp(-1.0, 1.0).asin());
             let radius = outer(radius, (last - first) / 16.0);
             let [first, last] = [from, to].map(|y| (y / radius).clamp(-1.0, 1.0).asin());
@@ -344,8 +348,9 @@ mod tests {
     #[test]
     fn a_block_is_its_box_less_the_chamfers() {
         let (a, b, c, s) = (10.0, 20.0, 30.0, 1.0);
-        // Each edge loses a triangular prism of s²/2 between the corners; each corner a cube less its inner tetrahedra:
-        // the corner cut by the plane through the three chamfer ends leaves s³/6 of the cube of side s.
+        // Each edge loses a triangular prism of s²/2 between the corners; each corner a cube less its inner
+        // tetrahedra: the corner cut by the plane through the three chamfer ends leaves s³/6 of the cube of
+        // side s.
         let edges = 4.0 * 0.5 * s * s * ((a - 2.0 * s) + (b - 2.0 * s) + (c - 2.0 * s));
         let corners = 8.0 * (s * s * s) * (1.0 - 1.0 / 6.0);
         let solid = block([-3.0, 4.0, 5.0], [7.0, 24.0, 35.0], s);

@@ -1,4 +1,5 @@
-//! The library as `proveout_machine` reads it: complete, closed, in agreement with its kinematics, clear of itself.
+//! The library as `proveout_machine` reads it: complete, closed, in agreement with its kinematics, clear of
+//! itself.
 
 use std::{collections::BTreeSet, path::PathBuf};
 
@@ -9,7 +10,8 @@ use proveout_machine::{Attachment, JointValues, Machine};
 use super::{MARK, library::LIBRARY};
 use crate::workspace_root;
 
-/// Coordinates of a model are rounded to a micrometer and stored in single precision, twice for a joint's node.
+/// Coordinates of a model are rounded to a micrometer and stored in single precision, twice for a joint's
+/// node.
 const MODEL_MM: f64 = 2e-3;
 
 fn folder(name: &str) -> PathBuf {
@@ -108,8 +110,8 @@ fn the_spindle_nose_ends_at_the_gauge_line_and_the_table_at_its_face() {
     }
 }
 
-/// Bodies on bearings: a full turn of the joint alone must not change the outer radius, thus bearing parts are round
-/// about the axis of their joint.
+/// Bodies on bearings: a full turn of the joint alone must not change the outer radius, thus bearing parts
+/// are round about the axis of their joint.
 #[test]
 fn journals_and_pivots_are_round_about_their_axis() {
     let mut seen = 0;
@@ -129,7 +131,8 @@ fn journals_and_pivots_are_round_about_their_axis() {
     assert!(seen >= 8, "{seen}");
 }
 
-/// Every joint through its travel (rotary ones at most a turn), one at a time from home: no body meets another.
+/// Every joint through its travel (rotary ones at most a turn), one at a time from home: no body meets
+/// another.
 #[test]
 fn no_body_meets_another_from_home_over_each_joint_alone() {
     for (name, machine) in all() {
@@ -205,8 +208,8 @@ fn rows(name: &str) -> Vec<std::collections::BTreeMap<String, String>> {
     lines.map(|l| head.iter().map(|h| (*h).to_owned()).zip(l.split(',').map(str::to_owned)).collect()).collect()
 }
 
-/// The reference values have nine decimals: half a unit of the last one in each of three slides, and in two angles at
-/// no more than 700 mm from the axes.
+/// The reference values have nine decimals: half a unit of the last one in each of three slides, and in two
+/// angles at no more than 700 mm from the axes.
 const REFERENCE_MM: f64 = 1e-8;
 
 #[test]
@@ -261,7 +264,8 @@ fn the_hybrid_machine_reproduces_its_reference_values() {
     }
 }
 
-/// Closed forms of the documentation of `LinuxCNC`: the tip of the bridge mill, the tool axis of the tilting table.
+/// Closed forms of the documentation of `LinuxCNC`: the tip of the bridge mill, the tool axis of the tilting
+/// table.
 #[test]
 fn machines_of_linuxcnc_move_as_documented() {
     let (bridge, trunnion) = (machine("linuxcnc-bridge-mill"), machine("linuxcnc-xyzac-trt"));

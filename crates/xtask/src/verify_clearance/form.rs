@@ -17,7 +17,8 @@ const SAME_MM: f64 = 1e-6;
 pub(super) struct BodyPieces {
     /// Corners of each piece; of a body of revolution points on it.
     pub(super) pieces: Vec<Vec<Point>>,
-    /// Half planes of the pieces where they are bodies of revolution about z of `own`, which is their pose then.
+    /// Half planes of the pieces where they are bodies of revolution about z of `own`, which is their pose
+    /// then.
     outlines: Vec<Vec<Segment>>,
     pub(super) own: Option<Pose>,
     pub(super) tree: Vec<BoundNode<OrientedBox>>,
@@ -51,7 +52,8 @@ impl BodyPieces {
         Self { pieces, outlines, own: Some(pose), tree, corners }
     }
 
-    /// How far a piece reaches along a direction, and the point that does; of a body of revolution in its own frame.
+    /// How far a piece reaches along a direction, and the point that does; of a body of revolution in its own
+    /// frame.
     pub(super) fn farthest(&self, item: usize, d: &Vector) -> (f64, Vector) {
         if let Some(outline) = self.outlines.get(item) {
             return farthest_of(outline, d);
@@ -95,7 +97,8 @@ pub(super) fn beats(height: f64, best: f64) -> bool {
     height > best || height.is_nan()
 }
 
-/// The circles that are the farthest ones along some direction: all others lie in the hull of these and of the line.
+/// The circles that are the farthest ones along some direction: all others lie in the hull of these and of
+/// the line.
 fn outermost(mut circles: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     circles.sort_by(|a, b| a[1].total_cmp(&b[1]).then_with(|| a[0].total_cmp(&b[0])));
     let mut hull: Vec<[f64; 2]> = Vec::new();

@@ -11,11 +11,11 @@
 //! 3. The spans of a pair follow each other without a gap and with ranges that touch, and every sample of the
 //!    motion while both bodies are in place has its joints in the range of a span of its time. Parts of one
 //!    piece of the motion have the time of the piece in common.
-//! 4. The distance of each span is no larger than the one found here, and its motion is no smaller than what the
-//!    joints do in it. Where the range of a joint has no ends, it turns one of the two about a fixed line and not
-//!    the other, and the distance is checked against that body at all turns.
-//! 5. What the verdict claims for a pair is what its spans prove; a pair of which nothing is proved has a finding.
-//!    With a pair that is not checked the gate does not pass.
+//! 4. The distance of each span is no larger than the one found here, and its motion is no smaller than what
+//!    the joints do in it. Where the range of a joint has no ends, it turns one of the two about a fixed line
+//!    and not the other, and the distance is checked against that body at all turns.
+//! 5. What the verdict claims for a pair is what its spans prove; a pair of which nothing is proved has a
+//!    finding. With a pair that is not checked the gate does not pass.
 //!
 //! A certificate is refused if it claims what is not true, has a gap, or differs from the verdict. One that
 //! claims less than is true is accepted. That no byte of it was changed is checked by `proveout verify`.

@@ -56,7 +56,8 @@ pub(super) fn least(
         let along: f64 = all.clone().map(|j| weights[j] * weights[j] * beside[j] * way[j]).sum();
         let t = if length > 0.0 { (along / length).clamp(0.0, 1.0) } else { 0.0 };
         let off = |j: usize| weights[j] * (beside[j] - way[j] * t).abs();
-        // Nearest by squares is no farther than by the sum from any other place, but for the number of joints.
+        // Nearest by squares is no farther than by the sum from any other place, but for the number of
+        // joints.
         let sum: f64 = all.clone().map(off).sum();
         let largest = all.clone().map(off).fold(0.0, f64::max);
         most = most.max(if length > 0.0 { largest } else { sum });

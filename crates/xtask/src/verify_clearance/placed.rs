@@ -108,7 +108,8 @@ pub(super) trait PieceTree {
     /// Somewhere in the middle of all places.
     fn middle(&self) -> Vector;
     fn see(&self, d: &Vector) -> SupportPoints;
-    /// No point of a node is farther along a direction in any of its places; of a piece the farthest is as far.
+    /// No point of a node is farther along a direction in any of its places; of a piece the farthest is as
+    /// far.
     fn height(&self, node: usize, seen: &SupportPoints) -> f64;
     /// The farthest point of a piece.
     fn farthest(&self, node: usize, d: &Vector) -> Vector;

@@ -72,7 +72,8 @@ pub(super) struct BoundNode<B> {
     pub(super) holds: Result<usize, [usize; 2]>,
 }
 
-/// Parted at the middle of the pieces along their longest side until each node holds one piece; the root comes first.
+/// Parted at the middle of the pieces along their longest side until each node holds one piece; the root
+/// comes first.
 pub(super) fn grow<B>(
     count: usize,
     bound: impl Fn(&[usize]) -> B,

@@ -72,7 +72,8 @@ pub(super) fn check(run: &Value, least: &[f64], seams: &[f64]) -> Result<(), Tas
     Ok(())
 }
 
-/// The first window of blocks that takes less than its least time, in the times of a program; none where there is none.
+/// The first window of blocks that takes less than its least time, in the times of a program; none where
+/// there is none.
 pub(super) fn faster(own: &[f64], least: &[f64], seams: &[f64]) -> Option<[usize; 2]> {
     // Of what the times have more than the least: the most that a window brings along from its begin.
     let (mut more, mut most) = (0.0, (f64::NEG_INFINITY, 0));

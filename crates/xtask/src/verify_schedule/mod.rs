@@ -7,8 +7,8 @@
 //!    summed again, a travel goes from one side of its first gate to the other side of its last, and the time
 //!    of a swing is found by bisection over the farthest way in a time, which is another way to it than the
 //!    product's. Potentials of cells are looked at edge by edge, and no cell is left out (`cells.rs`).
-//! 3. The bound is the sum of the windows; times and gap are those of the blocks; the claim about who keeps to the
-//!    channel is true.
+//! 3. The bound is the sum of the windows; times and gap are those of the blocks; the claim about who keeps
+//!    to the channel is true.
 //! 4. Weights prove the least peak that they claim at the programmed times (`peak.rs`).
 //!
 //! A certificate that claims less than is true is none the worse. Whether gates and limits are those of

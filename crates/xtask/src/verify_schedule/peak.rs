@@ -12,7 +12,8 @@ use super::{TaskError, list, number, numbers, wrong};
 /// By how much sums of many weights may differ, as part.
 const ROUNDED: f64 = 1e-6;
 
-/// What divided differences of an order do to positions, turned round: the pull on each position of one weight.
+/// What divided differences of an order do to positions, turned round: the pull on each position of one
+/// weight.
 fn pull(nodes: &[f64]) -> Vec<f64> {
     // The difference as a row of numbers on its positions, built order by order.
     let mut rows: Vec<Vec<f64>> =

@@ -1,4 +1,5 @@
-//! The way of the tool axis of a block: a great circle, led through a pole where it would pass too near to it.
+//! The way of the tool axis of a block: a great circle, led through a pole where it would pass too near to
+//! it.
 //!
 //! ```text
 //!     from o                          o to       the circle passes the pole p at the angle d, at its point c

@@ -87,7 +87,8 @@ impl Follower<'_> {
     pub(super) fn knots(&self, curve: &AxisCurve, stretch: &BranchStretch) -> Result<Vec<JointKnot>, f64> {
         let [t0, t1] = stretch.t;
         let mut begin = self.knot(curve, stretch, t0, &stretch.begin).ok_or(t0)?;
-        // What the joints at the begin differ by from the branch's own is rounding, or taken away by the first step.
+        // What the joints at the begin differ by from the branch's own is rounding, or taken away by the
+        // first step.
         let mut allowance = 0.0_f64;
         for &joint in self.machine.rotary_joints() {
             allowance = allowance.max((begin.jet.0[0][joint] - stretch.begin[joint]).abs());
@@ -228,7 +229,8 @@ impl Follower<'_> {
         }
     }
 
-    /// First and second coefficients of the rotary joints in a pole, where the joint `first` does not turn the tool.
+    /// First and second coefficients of the rotary joints in a pole, where the joint `first` does not turn
+    /// the tool.
     fn rates_in_pole(&self, jet: &mut JointJet, wanted: &[Vector; 4], [first, second]: [usize; 2]) -> Option<()> {
         let tilting = self.rate(jet, second);
         jet.0[1][second] = wanted[1].dot(&tilting) / tilting.norm_squared();

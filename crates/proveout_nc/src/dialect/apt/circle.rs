@@ -227,7 +227,8 @@ impl AptReader {
     }
 }
 
-/// The sweep of an arc with a programmed angle: whole turns more than the short way, as far as rounding allows.
+/// The sweep of an arc with a programmed angle: whole turns more than the short way, as far as rounding
+/// allows.
 fn turned(arc: PlaneArc, angle: f64) -> Option<f64> {
     // The angle has at least two decimals of a degree; short arcs with rounded points may differ by
     // more than that.

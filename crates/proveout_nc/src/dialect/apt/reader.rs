@@ -382,7 +382,8 @@ impl AptReader {
         Ok(())
     }
 
-    /// The tool of the operation goes into the spindle before its first motion, unless the program loads one by number.
+    /// The tool of the operation goes into the spindle before its first motion, unless the program loads one
+    /// by number.
     pub(crate) fn take_path_tool(&mut self) {
         if let Some(name) = self.own.pending_tool.take() {
             self.load_into_spindle(ToolName::Name(name), 1);

@@ -58,7 +58,8 @@ fn shifted(p: Point, d: Point, by: f64) -> Point {
     [p[0] + by * d[0], p[1] + by * d[1]]
 }
 
-/// Point where the tangent from `from` touches the circle, such that moving on runs around it in the given sense.
+/// Point where the tangent from `from` touches the circle, such that moving on runs around it in the given
+/// sense.
 fn touch(from: Point, center: Point, radius: f64, ccw: bool) -> Option<Point> {
     let d = [from[0] - center[0], from[1] - center[1]];
     let distance = d[0].hypot(d[1]);
@@ -179,7 +180,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Puts the motions of a waiting approach into the queue; `tangent`: direction in which the contour begins.
+    /// Puts the motions of a waiting approach into the queue; `tangent`: direction in which the contour
+    /// begins.
     pub(crate) fn finish_approach(&mut self, tangent: Point, span: Span) -> Result<(), Fault> {
         let Some(a) = self.modal.approach.take() else { return Ok(()) };
         let [u, v, n] = self.modal.plane_axes();

@@ -285,7 +285,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Cycles 1 (pecking), 2 (tapping with compensating chuck), 17 (rigid tapping): planes count from the position.
+    /// Cycles 1 (pecking), 2 (tapping with compensating chuck), 17 (rigid tapping): planes count from the
+    /// position.
     fn old_drilling(
         &mut self,
         cycle: &OldCycle,
@@ -306,7 +307,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Cycles 4 (rectangular pocket about the tool) and 5 (circular pocket): planes count from the position, too.
+    /// Cycles 4 (rectangular pocket about the tool) and 5 (circular pocket): planes count from the position,
+    /// too.
     ///
     /// ```text
     ///   4.1 SET UP 2   4.2 DEPTH -10   4.3 PECKG 4 F80   4.4 X80   4.5 Y40   4.6 F200 DR+ RADIUS 10

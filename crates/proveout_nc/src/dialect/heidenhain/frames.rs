@@ -159,7 +159,8 @@ impl Interpreter {
         }
         let word = format!("PRESET{row}");
         self.modal.frames.untold = false;
-        // Without such a call the scene has its zero at that of the machine, and all of the program agrees with it.
+        // Without such a call the scene has its zero at that of the machine, and all of the program agrees
+        // with it.
         if let Some(line) = self.modal.frames.before_preset.take() {
             self.assume(format!(
                 "line {line} moves before a preset is called, from the one that is active when the program begins: it is read from the zero of \

@@ -1,4 +1,5 @@
-//! Free contours (FK): FL, FLT, FC, FCT, as far as their data fix each element from the one before or by the next ones.
+//! Free contours (FK): FL, FLT, FC, FCT, as far as their data fix each element from the one before or by the
+//! next ones.
 //!
 //! ```text
 //!        C1  .--.                      FC DR- R18 CCX CCY        its end waits for what follows

@@ -339,7 +339,8 @@ impl Interpreter {
         let mut end_base = match self.position.base_of(&end, mask) {
             Ok(base) => base,
             Err(_) => {
-                // First blocks in a turned frame: the base coordinates need an axis that the program has not set.
+                // First blocks in a turned frame: the base coordinates need an axis that the program has not
+                // set.
                 let mut base = self.position.base_of(&end, mask & !LINEAR).unwrap_or(self.position.base);
                 for axis in 0..3 {
                     base.clear(axis);

@@ -192,7 +192,8 @@ impl Interpreter {
                 .help("write MOVE, or remove DIST"));
         }
         let solution = match plane.choice {
-            // Of two positions one has the higher angle of the primary axis; both lie about its basic position.
+            // Of two positions one has the higher angle of the primary axis; both lie about its basic
+            // position.
             Some(TiltChoice::Positive | TiltChoice::Upper) => self.chosen_solution(true, false),
             Some(TiltChoice::Negative | TiltChoice::Lower) => self.chosen_solution(false, false),
             None => self.usual_solution(),

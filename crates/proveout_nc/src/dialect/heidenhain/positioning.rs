@@ -43,7 +43,8 @@ impl Interpreter {
             .help("write M128 or FUNCTION TCPM before it"));
         }
         let mut goal = self.goal(w, span)?;
-        // Without TX TY TZ the control holds the tool normal to the surface while it controls the tool center point.
+        // Without TX TY TZ the control holds the tool normal to the surface while it controls the tool center
+        // point.
         let axis = axis.or(if self.modal.tcpm { normal } else { None });
         if axis.is_some() && w.programmed & ROTARY != 0 {
             return Err(Fault::new(codes::ORIENTATION, span, "rotary axes and a tool vector in the same block")
@@ -92,7 +93,8 @@ impl Interpreter {
         let in_table = self.modal.told_tcp.is_some_and(|told| told.on);
         self.position.moved_in_machine(&end, w.programmed, in_table);
         if self.modal.tcpm {
-            // HEIDENHAIN, *TNC 640 Klartext programming*, "M128": reset it before positioning with M91 or M92.
+            // HEIDENHAIN, *TNC 640 Klartext programming*, "M128": reset it before positioning with M91 or
+            // M92.
             self.assume(
                 "M91 or M92 under M128 or TCPM gives positions of the machine axes; the manual asks for M129 before them",
             );

@@ -18,7 +18,8 @@ const CENTER: [u8; 3] = *b"IJK";
 /// (`CENTER_ARC_RADIUS_TOLERANCE_MM`, `_INCH`).
 const SPIRAL_MM: f64 = 0.02 * std::f64::consts::SQRT_2;
 const SPIRAL_INCH: f64 = 0.002 * std::f64::consts::SQRT_2;
-/// How much shorter than half of the chord a radius R may be there (`RADIUS_TOLERANCE_MM`, and as much in inch).
+/// How much shorter than half of the chord a radius R may be there (`RADIUS_TOLERANCE_MM`, and as much in
+/// inch).
 const SHORT_RADIUS_MM: f64 = 0.001_27;
 /// Above it, up to a hundred times as much, this part of the larger radius (`SPIRAL_RELATIVE_TOLERANCE`).
 const SPIRAL_RELATIVE: f64 = 1e-3;
@@ -132,8 +133,9 @@ impl Interpreter {
         self.go_arc(motion, center, normal, &arc, span)
     }
 
-    /// A `LinuxCNC` takes radii that differ more, and runs a spiral about the programmed center (`arc_data_ijk` of its
-    /// interpreter). Its center is not moved onto the bisector where that is more than rounding.
+    /// A `LinuxCNC` takes radii that differ more, and runs a spiral about the programmed center
+    /// (`arc_data_ijk` of its interpreter). Its center is not moved onto the bisector where that is more than
+    /// rounding.
     fn as_a_spiral(
         &self,
         found: Result<PlaneArc, ArcFault>,

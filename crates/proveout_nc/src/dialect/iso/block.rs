@@ -273,7 +273,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// Words that set how the others are read; a `LinuxCNC` does them one by one, between other words of the block.
+    /// Words that set how the others are read; a `LinuxCNC` does them one by one, between other words of the
+    /// block.
     fn modal_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         self.unit_word(p, span)?;
         self.feed_mode_word(p);
@@ -579,7 +580,8 @@ pub(crate) fn refused_word(flavor: Flavor, assumed: bool, control: &Control, wor
     }
 }
 
-/// A G or M word that neither the reader nor the control file gives a meaning, and what the reader does with it.
+/// A G or M word that neither the reader nor the control file gives a meaning, and what the reader does with
+/// it.
 pub(crate) fn unlisted_word(
     flavor: Flavor,
     assumed: bool,

@@ -1,6 +1,7 @@
 //! Subprograms and macros: M98 M97 M99, G65 G66 G67, O CALL.
 //!
-//! Sources: Fanuc, *Custom macro B* (argument specification I and II); `LinuxCNC`, *O codes*; Haas, *M97, M98*.
+//! Sources: Fanuc, *Custom macro B* (argument specification I and II); `LinuxCNC`, *O codes*; Haas, *M97,
+//! M98*.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -109,7 +110,8 @@ impl Interpreter {
         self.run_macro(&call, span)
     }
 
-    /// A macro that a word of the control file calls: as G65, with the words of the block but this one and G words.
+    /// A macro that a word of the control file calls: as G65, with the words of the block but this one and G
+    /// words.
     pub(crate) fn call_macro(&mut self, program: f64, caller: &str, block: &IsoBlock) -> Result<(), Fault> {
         let (_, times, arguments) = self.macro_words(block, Some(caller))?;
         let (passes, names) = (count(times, block.span)?, Vec::new());
@@ -361,7 +363,8 @@ impl Interpreter {
     }
 }
 
-/// Rank of a file among those of a program: `O1000`, `1000` or the name itself, with one of the usual endings.
+/// Rank of a file among those of a program: `O1000`, `1000` or the name itself, with one of the usual
+/// endings.
 fn rank(path: &Path, name: &str) -> Option<usize> {
     let ending = path.extension().map_or(String::new(), |e| e.to_string_lossy().to_ascii_uppercase());
     let rank = ENDINGS.iter().position(|known| *known == ending)?;

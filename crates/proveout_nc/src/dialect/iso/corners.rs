@@ -1,4 +1,5 @@
-//! Chamfers `,C` and roundings `,R` of a Fanuc and a Haas. The pieces are made in [`crate::channel::corners`].
+//! Chamfers `,C` and roundings `,R` of a Fanuc and a Haas. The pieces are made in
+//! [`crate::channel::corners`].
 //!
 //! Fanuc, *Operator's manual*, "Optional chamfering and corner rounding": `,C` is the distance from
 //! the corner to both ends of the chamfer, `,R` the radius. They are written in a block of G1, G2

@@ -75,7 +75,8 @@ impl Interpreter {
         // On a LinuxCNC R alone is no hole, and is that of another word.
         let drills = axes != 0 || p.has_polar() || p.any_free(b"R") && !self.is_rs274();
         if !drills && self.is_rs274() {
-            // P, Q, R and L of a block without a place are those of another word: a cycle in force is not called there.
+            // P, Q, R and L of a block without a place are those of another word: a cycle in force is not
+            // called there.
             return Ok(());
         }
         if drills {
@@ -303,7 +304,8 @@ impl Interpreter {
         }
     }
 
-    /// Fagor: Z is the plane above the hole, I the depth, K the dwell; R of G84 says how the tap follows the spindle.
+    /// Fagor: Z is the plane above the hole, I the depth, K the dwell; R of G84 says how the tap follows the
+    /// spindle.
     fn depth_in_i(&mut self, p: &mut Pending, code: GCode, span: Span) -> Result<(), Fault> {
         let unsupported = |what: String| {
             Err(Fault::new(codes::UNSUPPORTED_WORD, span, format!("{what} is not supported on this control"))

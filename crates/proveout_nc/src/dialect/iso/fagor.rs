@@ -211,7 +211,8 @@ impl Interpreter {
         self.course(&[Stroke::Rapid(back)], span)
     }
 
-    /// G69: pecks B, each R times the one before, at least L; H out after each and every J-th to the reference plane.
+    /// G69: pecks B, each R times the one before, at least L; H out after each and every J-th to the
+    /// reference plane.
     fn fagor_pecks(
         &mut self,
         c: &FagorCycle,

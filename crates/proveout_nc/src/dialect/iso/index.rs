@@ -290,7 +290,8 @@ impl Index {
             self.subs.entry(label).or_insert((mark, section));
         }
         let name = pass.name.take();
-        // Numbered programs of a LinuxCNC: each a part of its own, and every one runs on to the end of the text.
+        // Numbered programs of a LinuxCNC: each a part of its own, and every one runs on to the end of the
+        // text.
         let mut first = pass.start.line;
         let mut part_name = name.clone();
         for (head, mark) in pass.heads.drain(..) {

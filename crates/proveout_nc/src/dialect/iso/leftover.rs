@@ -14,7 +14,8 @@ use crate::channel::coverage::{Flow, Layout, LineRole, LineStretch};
 use crate::not_run::{NotRun, NotRunKind};
 use crate::source::{Mark, Source};
 
-/// The main file is a subprogram: it returns with M99 and has no other end, or defines the O word of its own name.
+/// The main file is a subprogram: it returns with M99 and has no other end, or defines the O word of its own
+/// name.
 pub(super) fn is_subprogram(main: &Loaded, flavor: Flavor) -> bool {
     let (source, index) = (&main.source, &main.index);
     let stem = Path::new(&*source.name).file_stem().map(|stem| stem.to_string_lossy().to_ascii_lowercase());
@@ -74,7 +75,8 @@ fn parts(source: &Source, index: &Index) -> Vec<LineStretch> {
     out
 }
 
-/// Subprograms of O words, from SUB to ENDSUB; the line of SUB is run where the flow steps over the definition.
+/// Subprograms of O words, from SUB to ENDSUB; the line of SUB is run where the flow steps over the
+/// definition.
 fn regions(source: &Source, index: &Index) -> Vec<LineStretch> {
     let region = |(label, (mark, _)): (&String, &(Mark, ProgramSection))| {
         let (_, first) = source.line(*mark)?;

@@ -1,4 +1,5 @@
-//! Tool length and cutter radius: G43 and its relatives, G49, G40 to G42, H, D, tool offsets written by the program.
+//! Tool length and cutter radius: G43 and its relatives, G49, G40 to G42, H, D, tool offsets written by the
+//! program.
 //!
 //! A length that the program writes itself (G43.1, G10 L10) moves the axes by this number whatever
 //! tool is in the spindle. It is emitted as its effect: length off, and a shift of the frame.
@@ -134,7 +135,8 @@ impl Interpreter {
 
     /// Number of the offset: H, else the one before, on a `LinuxCNC` the tool in the spindle.
     fn length_number(&mut self, p: &mut Pending, code: GCode, span: Span) -> Result<u32, Fault> {
-        // On a LinuxCNC H0 is the tool in the spindle too (`find_tool_index`: tool 0 is entry 0 of the table).
+        // On a LinuxCNC H0 is the tool in the spindle too (`find_tool_index`: tool 0 is entry 0 of the
+        // table).
         let of_spindle = self.is_rs274() && p.peek(b'H') == Some(0.0);
         if p.has(b'H') && !of_spindle {
             return self.offset_number(p, b'H', span);

@@ -54,7 +54,8 @@ impl Interpreter {
             G12 | G13 => self.circular_pocket(code, p, span)?,
             G71 => self.return_level_word(p, span)?,
             G5 | G5_1 => {
-                // High-speed and smoothing modes of a Fanuc: where corners go is the tolerance of the machine.
+                // High-speed and smoothing modes of a Fanuc: where corners go is the tolerance of the
+                // machine.
                 let mut text = code.to_string();
                 for letter in *b"PQRXYZABC" {
                     if let Some(value) = p.take(letter) {
@@ -185,7 +186,8 @@ impl Interpreter {
         }
     }
 
-    /// Machine coordinates are those of the axes without tool length: the length goes out of effect for the motion.
+    /// Machine coordinates are those of the axes without tool length: the length goes out of effect for the
+    /// motion.
     fn machine_motion(&mut self, end: AxisValues, axes: u16, rapid: bool, exact_stop: bool) {
         let edge = match self.modal.length {
             Length::Edge(edge) if edge > 0 => Some(edge),

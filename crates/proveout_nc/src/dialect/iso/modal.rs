@@ -126,7 +126,8 @@ pub(crate) struct Modal {
     pub(crate) feed_mode: FeedMode,
     /// G99: cycles return to the R plane; none before the first word.
     pub(crate) return_to_r: Option<bool>,
-    /// Level of G71, and whether M53 (true) or M54 has said where cycles come back to, on a control with these words.
+    /// Level of G71, and whether M53 (true) or M54 has said where cycles come back to, on a control with
+    /// these words.
     pub(crate) stated_level: Option<f64>,
     pub(crate) back_to_level: Option<bool>,
     pub(crate) path_mode: Option<PathMode>,
@@ -169,7 +170,8 @@ impl Modal {
         matches!(self.motion, Some(MotionMode::Clockwise | MotionMode::CounterClockwise))
     }
 
-    /// Power-on state: G17, G90, G94, G98, G40, G49, G54; no motion word, no unit. What the control states goes before.
+    /// Power-on state: G17, G90, G94, G98, G40, G49, G54; no motion word, no unit. What the control states
+    /// goes before.
     pub(crate) fn new(control: &Control) -> Self {
         let start = &control.start;
         let (motion, motion_code) = match start.motion {

@@ -1,4 +1,5 @@
-//! G5.2 and G5.3 of a `LinuxCNC`: a NURBS in the XY plane, from the place of the tool to the last control point.
+//! G5.2 and G5.3 of a `LinuxCNC`: a NURBS in the XY plane, from the place of the tool to the last control
+//! point.
 //!
 //! Words, order and knots are those of its interpreter (`convert_nurbs`, `knot_vector_creator`): order 3 or
 //! what L says above it, knots at whole numbers, as many times at both ends as the order, so that the curve

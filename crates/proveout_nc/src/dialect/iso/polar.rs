@@ -12,7 +12,8 @@ use crate::frame;
 const PLANE: u16 = 0b011;
 
 impl Interpreter {
-    /// Takes `@` and `^` into the end of a motion; a value that is not written stays. Under G91 both are increments.
+    /// Takes `@` and `^` into the end of a motion; a value that is not written stays. Under G91 both are
+    /// increments.
     pub(crate) fn polar_words(&mut self, p: &mut Pending, end: &mut AxisValues, span: Span) -> Result<u16, Fault> {
         let [radius, angle] = p.take_polar();
         if p.axes() & PLANE != 0 {

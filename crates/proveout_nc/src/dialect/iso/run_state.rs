@@ -88,7 +88,8 @@ pub(crate) struct Iso {
     pub(crate) h: Option<u32>,
     pub(crate) d: Option<u32>,
     pub(crate) overrides: bool,
-    /// The word that has canceled the tool length in Z, while nothing has said since whether it is back (Fanuc).
+    /// The word that has canceled the tool length in Z, while nothing has said since whether it is back
+    /// (Fanuc).
     pub(crate) length_canceled_by: Option<&'static str>,
     pub(crate) cycle: CycleValues,
     /// Pole and cycle of a Fagor.

@@ -14,7 +14,8 @@
 //! table_from_work = T(G54) * Rz(C) * Rx(A)      or      T(G54) * Rz(C) * Ry(B)
 //! ```
 //!
-//! for a C table that is carried by an A or B trunnion, counted as ISO 841 does (motion of the tool against the part).
+//! for a C table that is carried by an A or B trunnion, counted as ISO 841 does (motion of the tool against
+//! the part).
 
 use super::flavor::Flavor;
 use super::interpreter::Interpreter;
@@ -204,7 +205,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// P of G53.1 and G53.6: 1 takes the positive, 2 the negative angle of the reference axis (Fanuc, from memory).
+    /// P of G53.1 and G53.6: 1 takes the positive, 2 the negative angle of the reference axis (Fanuc, from
+    /// memory).
     fn plane_solution(&mut self, choice: f64, word: &str) -> RotarySolution {
         if choice == 0.0 {
             return self.usual_solution();
@@ -238,7 +240,8 @@ impl Interpreter {
         }
     }
 
-    /// G51.1 and G101 mirror about the given coordinates; G50.1 and G100 end it for the given axes, or for all.
+    /// G51.1 and G101 mirror about the given coordinates; G50.1 and G100 end it for the given axes, or for
+    /// all.
     fn mirror(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let on = matches!(code, G51_1 | G101);
         let axes = p.axes();

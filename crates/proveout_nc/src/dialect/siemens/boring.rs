@@ -51,7 +51,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// CYCLE86: down in feed, dwell, oriented stop, lift off by RPA, RPO, RPAP, up at rapid rate, back over the hole.
+    /// CYCLE86: down in feed, dwell, oriented stop, lift off by RPA, RPO, RPAP, up at rapid rate, back over
+    /// the hole.
     pub(crate) fn boring_with_lift(&mut self, h: Heights, v: &Values) -> Result<(), Fault> {
         let lift = [v.value("RPA")?, v.value("RPO")?, v.value("RPAP")?];
         self.course(&[h.approach()], v.span)?;

@@ -9,7 +9,8 @@ use crate::channel::expression::{self, Function, IndexedParameter, Operator, app
 use crate::codes;
 use crate::diagnostic::{Fault, Span, give};
 
-/// Two numbers that differ by less than this, relative to the larger, are equal: the control compares relatively too.
+/// Two numbers that differ by less than this, relative to the larger, are equal: the control compares
+/// relatively too.
 const RELATIVE_EQUALITY: f64 = 1e-12;
 /// Indices of arrays and numbers of R parameters from here on are none.
 const INDICES: f64 = 1e9;

@@ -1,9 +1,9 @@
 //! Expressions of the 840D language: Pratt parser.
 //!
-//! Priorities as in the programming manual (Siemens, *NC programming*, "Priority of the operations"): NOT and sign bind
-//! strongest, then `* / DIV MOD`, `+ -`, `B_AND`, `B_XOR`, `B_OR`, `AND`, `XOR`, `OR`, `<<`, and the comparisons last.
-//! A chain of comparisons, which `IF R1==1 AND R2==2` is under these rules, is refused: it is never
-//! intended.
+//! Priorities as in the programming manual (Siemens, *NC programming*, "Priority of the operations"): NOT and
+//! sign bind strongest, then `* / DIV MOD`, `+ -`, `B_AND`, `B_XOR`, `B_OR`, `AND`, `XOR`, `OR`, `<<`, and
+//! the comparisons last. A chain of comparisons, which `IF R1==1 AND R2==2` is under these rules, is refused:
+//! it is never intended.
 
 use crate::channel::expression::{self, Function, IndexedParameter, Operator};
 use crate::channel::formula::{self, Formulas, Grammar};

@@ -1,4 +1,5 @@
-//! Frame variables: `DEF FRAME`, `CTRANS CROT CSCALE CMIRROR CRPL`, `:`, and the frames of the control by name.
+//! Frame variables: `DEF FRAME`, `CTRANS CROT CSCALE CMIRROR CRPL`, `:`, and the frames of the control by
+//! name.
 //!
 //! After Siemens, *Programming Guide Advanced*, "Frames", and *Function Manual K2*: `$P_UIFR[n]` are the
 //! settable frames, which act when their G word is programmed; `$P_IFRAME`, `$P_PFRAME` and `$P_BFRAME` are

@@ -128,7 +128,8 @@ impl Compensation {
     /// G451: circles instead of intersections beyond this change of direction, degrees (standard of MD20210).
     const CORNER_LIMIT_DEG: f64 = 100.0;
 
-    /// CDON: blocks within which the control looks for places where the tool does not fit (standard of MD20240).
+    /// CDON: blocks within which the control looks for places where the tool does not fit (standard of
+    /// MD20240).
     pub(crate) const BOTTLENECK_BLOCKS: usize = 3;
 
     /// After reset: G40, NORM, G450, CFC, CUT2D, CDOF.

@@ -111,7 +111,8 @@ impl Interpreter {
         Ok(())
     }
 
-    /// The wall of a slot in its own place, its entry, and the other end of a stroke to and fro along its middle line.
+    /// The wall of a slot in its own place, its entry, and the other end of a stroke to and fro along its
+    /// middle line.
     fn slot_shape(v: &Values, row: &Row, half: f64) -> Result<(Shape, Point, Leg), Fault> {
         if v.name() == "SLOT2" {
             let through = v.value("AFSL")?;

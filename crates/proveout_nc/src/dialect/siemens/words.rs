@@ -122,7 +122,8 @@ pub(crate) fn is_noted_g(code: u32) -> bool {
 
 /// The group of a G word, of those groups that the reader runs by; a block takes one word of each.
 ///
-/// *Programming manual Fundamentals* (840D sl, 828D), tables, "G commands"; *Diagnostics manual*, alarm 12060.
+/// *Programming manual Fundamentals* (840D sl, 828D), tables, "G commands"; *Diagnostics manual*,
+/// alarm 12060.
 pub(crate) fn g_group(code: u32) -> Option<usize> {
     Some(match code {
         0..=3 | 33 | 331 | 332 => 0,

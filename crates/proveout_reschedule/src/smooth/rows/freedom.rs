@@ -29,7 +29,8 @@ use super::joints::{Angles, TwoJoints};
 
 /// Halvings of a block of which a clearance says too little.
 const HALVINGS: u32 = 7;
-/// Longest part of a stretch that the free turns of a ball are asked for at once, mm, or this part of the row.
+/// Longest part of a stretch that the free turns of a ball are asked for at once, mm, or this part of the
+/// row.
 const PART_MM: f64 = 1.6;
 const PART_OF_ROW: f64 = 1.0 / 400.0;
 /// A clearance below this is looked for where it is only asked whether bodies meet, mm.

@@ -1,4 +1,5 @@
-//! The smoothest schedule in rectangles of turn and tilt: of each joint the least peak of acceleration over time.
+//! The smoothest schedule in rectangles of turn and tilt: of each joint the least peak of acceleration over
+//! time.
 //!
 //! In rectangles the joints do not depend on each other: the taut string of each through its gates
 //! has the least sum of every convex function of its speed, and where one of them needs more than

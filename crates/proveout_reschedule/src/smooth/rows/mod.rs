@@ -289,7 +289,8 @@ impl RowContext<'_> {
         peaks(angles, self.least).into_iter().zip(self.limits).map(part).fold(0.0, f64::max)
     }
 
-    /// Schedules in the times that the control takes for the best one, as long as it is slower than the feed wants.
+    /// Schedules in the times that the control takes for the best one, as long as it is slower than the feed
+    /// wants.
     fn with_control(
         &self,
         gates: &[Vec<[f64; 2]>; 2],

@@ -13,7 +13,8 @@ use super::SmoothRows;
 
 /// Shortest row, blocks.
 const SHORTEST: usize = 5;
-/// Contacts that are nearer than this to each other while the tool moves ten times as far are those of a lift, mm.
+/// Contacts that are nearer than this to each other while the tool moves ten times as far are those of a
+/// lift, mm.
 const LIFTED: f64 = 1e-2;
 /// How far below a cutter's top its radius is looked at, part of its height.
 const BELOW_TOP: f64 = 1e-6;
@@ -75,7 +76,8 @@ impl RowBlocks {
         self.touching[self.stretch.clone()].iter().map(|t| t.place.point).collect()
     }
 
-    /// Normals of the surface at the blocks of the row; none where it is not known or no row of a ball is on it.
+    /// Normals of the surface at the blocks of the row; none where it is not known or no row of a ball is on
+    /// it.
     pub(super) fn normals(&self, around: &Surroundings<'_>) -> Vec<Option<Vector>> {
         let own = &self.touching[self.stretch.clone()];
         match self.ball() {
@@ -125,7 +127,8 @@ impl RowBlocks {
     }
 }
 
-/// Whether a cutter narrows again above its widest place: a wheel, which cuts with its rim, where a mill goes on.
+/// Whether a cutter narrows again above its widest place: a wheel, which cuts with its rim, where a mill goes
+/// on.
 fn narrows(cutter: &Profile) -> bool {
     let top = cutter.z_max() - BELOW_TOP * (cutter.z_max() - cutter.z_min());
     cutter.radius_at(top).is_some_and(|r| r < cutter.max_radius() * (1.0 - NARROWER))

@@ -47,7 +47,8 @@ impl SmoothRows {
         let margins = if work.row.rules.is_some() { &MARGINS[..] } else { &[0.0] };
         let mut refused = None;
         let mut ground = None;
-        // Near the tilts of the program first: elsewhere it is looked where the schedule wants to go on there.
+        // Near the tilts of the program first: elsewhere it is looked where the schedule wants to go on
+        // there.
         for band in [Some(BAND), None] {
             let near = Ground::new(work, freedom, course, band)?;
             let ends = self.kept_ends(work, course, freedom, &near);
@@ -129,8 +130,8 @@ impl SmoothRows {
         }
     }
 
-    /// Looks again in finer cells about the best that was found: cells that lie across a border are not free, so
-    /// that coarse ones make narrow places narrower.
+    /// Looks again in finer cells about the best that was found: cells that lie across a border are not free,
+    /// so that coarse ones make narrow places narrower.
     fn finer(
         &self,
         work: &RowContext<'_>,

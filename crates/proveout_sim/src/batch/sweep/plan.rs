@@ -263,7 +263,8 @@ impl Plan {
     /// Reads the plan of a sweep.
     ///
     /// # Errors
-    /// None there, one that cannot be read, or one of another version of the program: its jobs would be other jobs.
+    /// None there, one that cannot be read, or one of another version of the program: its jobs would be other
+    /// jobs.
     pub fn read(sweep: &Path) -> Result<Self, InputError> {
         let path = sweep.join(PLAN);
         let again = "plan the sweep again: proveout sweep plan";

@@ -28,7 +28,8 @@ pub struct CellJoint {
 /// A bound by dynamic programming, with a lower bound of the time to be in each cell.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct CellCertificate {
-    /// The joint that carries the tool axis, and the one that turns both; of the outer one whole turns do not count.
+    /// The joint that carries the tool axis, and the one that turns both; of the outer one whole turns do not
+    /// count.
     pub inner: CellJoint,
     /// The outer joint.
     pub outer: CellJoint,

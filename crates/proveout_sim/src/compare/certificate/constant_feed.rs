@@ -1,4 +1,5 @@
-//! What the table needs at least where every block takes its programmed time, and what the new program has of it.
+//! What the table needs at least where every block takes its programmed time, and what the new program has of
+//! it.
 
 use proveout_reschedule::{LeastPeak, peak_of};
 use serde::Serialize;

@@ -271,7 +271,8 @@ pub struct RunCertificate {
     pub new_inside: bool,
     /// The program before does.
     pub original_inside: bool,
-    /// How much longer the new program takes than the bound, percent of the bound; null where it leaves the channel.
+    /// How much longer the new program takes than the bound, percent of the bound; null where it leaves the
+    /// channel.
     pub gap_percent: Option<f64>,
     /// The same without the ramps at both ends; null where the new program leaves the channel, or little but
     /// ramps is there.

@@ -1,4 +1,5 @@
-//! What the machine does while a part falls: the tool against the table, and how the table itself is accelerated.
+//! What the machine does while a part falls: the tool against the table, and how the table itself is
+//! accelerated.
 //!
 //! A loose part is followed in the table frame K. Seen from there it feels gravity as the table is
 //! oriented, less the acceleration of the place where it is:

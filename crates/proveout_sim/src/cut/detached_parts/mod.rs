@@ -66,7 +66,8 @@ const FREE_COLUMNS: u64 = 50_000;
 /// A part that answers pushes of this much (mm/s²) is clamped: it may be cut. What rests by its weight and
 /// friction alone may not.
 const CLAMPED: f64 = 20_000.0;
-/// Part of its volume that a loose part may lose and still count as not cut: rounding of the sums over its cells.
+/// Part of its volume that a loose part may lose and still count as not cut: rounding of the sums over its
+/// cells.
 const UNCUT: f64 = 1e-6;
 /// Coordinates of planes of the stock that differ by less are the same, mm: rounding.
 const SAME_MM: f64 = 1e-9;

@@ -95,7 +95,8 @@ fn standing(stock: &TriDexel, prepared: &Prepared, at: &Moment, part: &Aabb, gra
     out
 }
 
-/// The surface of the stock in the blocks that the part may come to: round it by its own size, and all that lies below.
+/// The surface of the stock in the blocks that the part may come to: round it by its own size, and all that
+/// lies below.
 fn rest_of_stock(stock: &TriDexel, part: &Aabb, gravity_in_work: &Vector) -> TriMesh {
     let size = part.size().norm();
     let way = gravity_in_work.try_normalize(NO_GRAVITY).unwrap_or_else(Vector::zeros) * stock.bounds().size().norm();

@@ -115,7 +115,8 @@ impl World {
         let mut handles = Vec::with_capacity(standing.len());
         for s in standing {
             let points: Vec<RapierVector> = s.mesh.positions.iter().map(|p| to_meter(&p.coords)).collect();
-            // Edges within a face do not catch what slides over them; a mesh that is not closed is taken as it is.
+            // Edges within a face do not catch what slides over them; a mesh that is not closed is taken as
+            // it is.
             let smooth = SharedShape::trimesh_with_flags(
                 points.clone(),
                 s.mesh.triangles.clone(),

@@ -148,7 +148,8 @@ impl<'a> Work<'a> {
         &self.tracks.pieces[motion as usize]
     }
 
-    /// The angle that is added to the azimuth of a kept piece: of its known phase, or a random one of this repetition.
+    /// The angle that is added to the azimuth of a kept piece: of its known phase, or a random one of this
+    /// repetition.
     fn offset(&self, kept: &Kept, repeat: u32) -> f64 {
         let known = self.tracks.passages.iter().flatten().filter(|p| p.tool == kept.tool);
         let (mut held, mut first) = (None::<(u32, f64)>, None::<(u32, f64)>);
@@ -303,7 +304,8 @@ impl<'a> Work<'a> {
         Asked { standard: self.surface.standard, class: self.plan.class, to_lay, ..Asked::default() }
     }
 
-    /// A profile along the columns of a place; with the next class, and its length, where the marks ask for it.
+    /// A profile along the columns of a place; with the next class, and its length, where the marks ask for
+    /// it.
     fn profile(
         &mut self,
         place: &Place,

@@ -64,7 +64,8 @@ fn smallest_arc(tool: &Tool) -> Option<f64> {
     arcs.reduce(f64::min).filter(|r| *r > 0.0)
 }
 
-/// What keeps an envelope from a pass: tools that state no residual; none where all do, or where teeth are modeled.
+/// What keeps an envelope from a pass: tools that state no residual; none where all do, or where teeth are
+/// modeled.
 pub(super) fn missing(texture: &TextureUsed) -> Option<String> {
     if texture.model != "envelope" || (texture.residual.missing.is_empty() && !texture.tools.is_empty()) {
         return None;

@@ -44,7 +44,8 @@ const RAW: &str = "raw-stock.dexel";
 
 const MOTION_MAGIC: &[u8] = b"PROVEOUT-MOTION 1\n";
 const PIECE: usize = 109;
-/// Most pieces of a stretch of two seconds, and most bodies or segments of a list: what is more is no file of ours.
+/// Most pieces of a stretch of two seconds, and most bodies or segments of a list: what is more is no file of
+/// ours.
 const MOST_PIECES: u32 = 1 << 24;
 const MOST_LISTED: u32 = 1 << 16;
 

@@ -1,4 +1,5 @@
-//! The options of methods: one list with key, value as text, and how a text is taken; which method reads which.
+//! The options of methods: one list with key, value as text, and how a text is taken; which method reads
+//! which.
 
 use proveout_input::renamed_key;
 

@@ -103,7 +103,8 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
     Some((at_home, HomeZero { text, beside, reason }))
 }
 
-/// Positions of the axes at a zero that the program writes; where G92 puts it follows from a position that is known.
+/// Positions of the axes at a zero that the program writes; where G92 puts it follows from a position that is
+/// known.
 fn of_zero(zero: &OwnZero) -> Vec<MachineMove> {
     if zero.word == "G92" {
         return Vec::new();

@@ -410,7 +410,8 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
                 .iter()
                 .filter(|t| !t.feed.is_empty() && !t.tilted)
                 .map(|t| Reach {
-                    // Without a length and without a zero at the tip the gauge line goes where the tip is programmed.
+                    // Without a length and without a zero at the tip the gauge line goes where the tip is
+                    // programmed.
                     gauge: if untold && touch_off == 0.0 { 0.0 } else { lengths.get(&t.name).copied().unwrap_or(0.0) },
                     tip: [t.feed.min.z, t.feed.max.z.max(stock.value.aabb().max.z) + 2.0],
                 })
@@ -571,7 +572,8 @@ fn start_tool(
     let key = "start_tool";
     let Some(bare) = bare else { return Ok(None) };
     let at = bare.first_feed.as_ref().unwrap_or(&bare.at);
-    // The only one that a comment describes and nothing calls; else the one that is made ready and never changed in.
+    // The only one that a comment describes and nothing calls; else the one that is made ready and never
+    // changed in.
     let calls: Vec<&ToolName> = readings.iter().flat_map(|r| &r.tools).map(|t| &t.name).collect();
     let number = |name: &ToolName| if let ToolName::Number(n) = name { Some(*n) } else { None };
     let described: Vec<u32> =

@@ -72,7 +72,8 @@ fn face_radius(machine: &Machine) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// The mounting, lifted where tilted tools would lean into the table. `holder`: diameter and length of the widest one.
+/// The mounting, lifted where tilted tools would lean into the table. `holder`: diameter and length of the
+/// widest one.
 pub(super) fn cleared(
     machine: &Machine,
     mount: Reasoned<Vector>,

@@ -404,7 +404,8 @@ pub(crate) fn fit(design: &Aabb, room: &Aabb) -> Fit {
         _ if like(&scaled) && meets(&scaled) => Fit::InInch,
         // A hole in a large plate: no part is smaller than its cuts, and in inches it holds them.
         _ if own * 25.4 < LARGEST_TO_CUTS * other && holds(&scaled) => Fit::InInch,
-        // No part is larger than what it is cut from, and none that a machine cuts has less than a millimeter.
+        // No part is larger than what it is cut from, and none that a machine cuts has less than a
+        // millimeter.
         (true, false) if own < SAME_SIZE * other && own >= LEAST_PART_MM => Fit::Fits,
         _ => Fit::Off,
     }

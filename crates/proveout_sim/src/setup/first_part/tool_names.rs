@@ -76,7 +76,8 @@ impl Known {
         Self(called.filter_map(name).filter(|name| !name.is_empty()).collect())
     }
 
-    /// Places at which a text has one of the names as a whole word, in capitals or not, the longest name first.
+    /// Places at which a text has one of the names as a whole word, in capitals or not, the longest name
+    /// first.
     fn places(&self, text: &str) -> Vec<(usize, usize, &str)> {
         let lower = text.to_lowercase();
         // Letters that change their length would move the places.

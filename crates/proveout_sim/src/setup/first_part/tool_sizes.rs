@@ -92,7 +92,8 @@ pub(super) fn with_points(text: &str) -> String {
     text.char_indices().map(|(i, c)| if c == ',' && decimal(i) { '.' } else { c }).collect()
 }
 
-/// The tools of a comment one by one: `T5 = 6.8MM DRILL  T6 = M8 TAP`. A comment that begins otherwise stays whole.
+/// The tools of a comment one by one: `T5 = 6.8MM DRILL  T6 = M8 TAP`. A comment that begins otherwise stays
+/// whole.
 pub(super) fn one_by_one(comment: &str) -> Vec<&str> {
     let heads: Vec<usize> = comment
         .char_indices()

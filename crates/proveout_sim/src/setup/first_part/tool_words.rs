@@ -251,7 +251,8 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
                 draft.choose(&["kind"], why.reason());
             }
         }
-        // A shape that the words do not describe: a taper ball without its angle, a lollipop without its neck.
+        // A shape that the words do not describe: a taper ball without its angle, a lollipop without its
+        // neck.
         Some((_, _)) | None => {
             draft.kind = match corner {
                 Some(r) if r > 0.5 * diameter - SAME_MM => Some("ball"),
@@ -403,7 +404,8 @@ pub(super) fn describes(text: &str) -> bool {
 /// Numbers at the end of a name up to which it may as well be the count of a CAM system.
 const MOST_COUNTED: u32 = 3;
 
-/// The whole number at the end of a name that no letter and no word makes a diameter: `MILL 2`, `FREZ WALCOWY 12`.
+/// The whole number at the end of a name that no letter and no word makes a diameter: `MILL 2`,
+/// `FREZ WALCOWY 12`.
 fn counted(words: &str) -> Option<u32> {
     let told = letter(words, 'D').is_some() || word(words, &["D=", "DIA", "\u{d8}", "FI"]).is_some();
     let last = words.split_whitespace().next_back().filter(|_| !told)?;

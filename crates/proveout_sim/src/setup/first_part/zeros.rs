@@ -152,7 +152,8 @@ fn named(word: &str) -> String {
     }
 }
 
-/// The mounting that the call states; asked for where the program turns the table under the part without following it.
+/// The mounting that the call states; asked for where the program turns the table under the part without
+/// following it.
 pub(super) fn stated_mount(
     machine: &Machine,
     indexed: Option<&Location>,

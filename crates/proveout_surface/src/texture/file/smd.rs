@@ -11,7 +11,8 @@
 //!   checksum CRLF ETX SUB                             4: sum of all bytes up to the third end of record
 //! ```
 //!
-//! Fields are parted by NUL or blanks. Printed software takes the sum modulo 65535 or 65536; either is taken for right.
+//! Fields are parted by NUL or blanks. Printed software takes the sum modulo 65535 or 65536; either is taken
+//! for right.
 
 use super::{FileFault, HOLE_HELP, MeasuredFile, count, measured, sdf::shown};
 

@@ -1,7 +1,8 @@
 //! The archive round an X3P file: entries stored or deflated (PKWARE APPNOTE 6.3), no encryption, one disk,
 //! below 4 GiB.
 //!
-//! What is read comes from the central directory at the end; local headers are only asked where the data begin.
+//! What is read comes from the central directory at the end; local headers are only asked where the data
+//! begin.
 
 use std::io::{Read, Write};
 

@@ -89,7 +89,8 @@ pub struct ArealReport {
     pub points: [usize; 2],
     /// Direction of the lay, degrees from the x direction of the map, to half a degree; null on a flat.
     pub lay_deg: Option<f64>,
-    /// Pitch of the marks across the lay, mm: the larger one of what was known and of `RSm` of the map's lines.
+    /// Pitch of the marks across the lay, mm: the larger one of what was known and of `RSm` of the map's
+    /// lines.
     pub pitch_mm: Option<f64>,
     /// Values of the filtered map; null when unchecked.
     pub filtered: Option<ArealValues>,

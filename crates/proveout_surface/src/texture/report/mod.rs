@@ -103,7 +103,8 @@ pub struct Asked {
     pub class: SettingClass,
     /// How the form is removed.
     pub form: Form,
-    /// Direction of a profile to the lay, degrees: 0 along the marks, 90 across them; none where it is not known.
+    /// Direction of a profile to the lay, degrees: 0 along the marks, 90 across them; none where it is not
+    /// known.
     pub to_lay: Option<f64>,
     /// Pitch of the marks as far as the caller knows it, mm, such as the distance of passes.
     pub pitch: Option<f64>,

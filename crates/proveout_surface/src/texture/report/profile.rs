@@ -194,7 +194,8 @@ impl ProfileReport {
             Some(e) => (e.unfiltered, class.evaluation_length()),
             None => (profile.unfiltered(asked.standard), profile.length()),
         };
-        // The filtered profile has its pitch below the cut-off; what is longer in the unfiltered one is no mark.
+        // The filtered profile has its pitch below the cut-off; what is longer in the unfiltered one is no
+        // mark.
         if found.is_some() && pitch.is_some_and(|p| p <= class.lambda_c() * (1.0 + PITCH_SLACK)) {
             let long = match unfiltered.rsm {
                 Some(p) if p > class.lambda_c() * (1.0 + PITCH_SLACK) => Some(format!("elements of {p:.4} mm")),

@@ -4,7 +4,8 @@ use serde::{Serialize, Serializer, ser::SerializeStruct};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Unchecked {
-    /// The marks lie farther apart than the cut-off, and the data do not carry the class that would let them pass.
+    /// The marks lie farther apart than the cut-off, and the data do not carry the class that would let them
+    /// pass.
     #[error(
         "a pitch of {pitch_mm:.4} mm lies beyond lambda_c = {lambda_c_mm} mm of class {class}; {}",
         next.map_or("no class goes farther: judge the unfiltered values".to_owned(), |n| format!("class {n} would let it pass"))

@@ -163,7 +163,8 @@ fn claims_hold_up_to_the_distance_of_all_pieces() {
             assert_eq!(search.nearer_than(&other, form, &back, true_one - slack), None, "{k}");
             assert!(search.nearer_than(&other, form, &back, true_one + 1e-6).is_some(), "{k}");
         }
-        // At all turns about a line: circles of 360 points, which come as near as the round ones but for little.
+        // At all turns about a line: circles of 360 points, which come as near as the round ones but for
+        // little.
         let (point, direction) = (Point::from(numbers.vector(3.0)), numbers.vector(1.0).normalize());
         let places = RelativePoses { poses: [places.poses[0]; 2], middle: None, shifts: places.shifts };
         let at_turns = |piece: &Vec<Point>| {

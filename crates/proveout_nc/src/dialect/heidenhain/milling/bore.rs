@@ -140,7 +140,8 @@ impl Interpreter {
         self.mill_to(None, Some(h.second), None, span)
     }
 
-    /// Pieces of a thread of the pitch `p`, each from a depth to a depth below the surface, up where it `rises`.
+    /// Pieces of a thread of the pitch `p`, each from a depth to a depth below the surface, up where it
+    /// `rises`.
     pub(super) fn thread_pieces(
         &mut self,
         helix: Helix,

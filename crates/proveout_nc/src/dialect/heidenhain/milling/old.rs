@@ -1,4 +1,5 @@
-//! Cycles 210 to 215 of older controls, whose center is Q216 and Q217: slots, and the finishing of pockets and studs.
+//! Cycles 210 to 215 of older controls, whose center is Q216 and Q217: slots, and the finishing of pockets
+//! and studs.
 //!
 //! | cycle | is milled as | with |
 //! |---|---|---|

@@ -1,4 +1,5 @@
-//! Cycle 230: a flat surface in lines to and fro. Cycle 231: a ruled surface between four points, line by line.
+//! Cycle 230: a flat surface in lines to and fro. Cycle 231: a ruled surface between four points, line by
+//! line.
 //!
 //! ```text
 //!   230   Q226 + Q219   <-----------      Q240 lines over the width, the first and the last on its edges;
