@@ -360,7 +360,7 @@ fn a_sweep_that_cannot_be_planned_is_reported_with_its_place_and_nothing_is_writ
         ("method = \"latin-hypercube\"\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n", "needs a number of draws"),
         (
             "[[vary]]\nkey = \"resolution_mm\"\nrange = [1, 2]\nsteps = 900000\n[[vary]]\nkey = \"tolerances.near_miss_mm\"\nrange = [1, 2]\nsteps = 900000\n",
-            "at most 1000000",
+            "the limit is 1000000",
         ),
         (
             "[[vary]]\nkey = \"resolution_mm\"\nvalues = [1]\n[[vary]]\nkey = \"resolution_mm\"\nvalues = [2]\n",
