@@ -72,9 +72,9 @@
 //! fitted together. Against an independent optimum with jerk limits (`tests/optimum.rs`) plans lose below 0.1
 //! percent at feed and 1 to 2 percent at corners and in curves; 20 single curves from rest to rest that
 //! joints alone bind take no longer than what another program finds (`tests/against_copp.rs`). Not executed
-//! and refused by name: a contour that is not yet the path of the tool center. A machine without acceleration
-//! (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill
-//! has only its first and last sample. M0 and M1 take no time. Loads of the drives are those of the machine
+//! and refused by name: a contour whose cutter compensation was not applied by the reader. A machine without
+//! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it.
+//! A standstill has only its first and last sample. M0 and M1 take no time. Loads of the drives are those of the machine
 //! alone: no workpiece, fixture, tool or cutting force.
 //!
 //! # Files
