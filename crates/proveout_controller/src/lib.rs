@@ -74,8 +74,8 @@
 //! joints alone bind take no longer than what another program finds (`tests/against_copp.rs`). Not executed
 //! and refused by name: a contour whose cutter compensation was not applied by the reader. A machine without
 //! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it.
-//! A standstill has only its first and last sample. M0 and M1 take no time. Loads of the drives are those of the machine
-//! alone: no workpiece, fixture, tool or cutting force.
+//! A standstill has only its first and last sample. M0 and M1 take no time. Loads of the drives are those of
+//! the machine alone: no workpiece, fixture, tool or cutting force.
 //!
 //! # Files
 //!
