@@ -107,7 +107,7 @@ fn a_probing_motion_leaves_the_process_gate_unchecked_and_is_reported_with_its_b
     assert_eq!(matches.len(), 1, "{:?}", probed.verdict.findings);
     assert_eq!(matches[0].line, Some(8));
     // The probe runs to its end at the programmed feed and stops there; the plain motion turns back within
-    // the corner tolerance of the control, 0.01 mm, and takes as long but for the ramps.
+    // the path tolerance of the control, 0.01 mm, and takes as long but for the ramps.
     let lowest = |r: &RunResult| r.verdict.axes["Z"].min;
     let reach = 100.0 + 3.0 + gauge_length();
     assert!((lowest(&probed) - reach).abs() < 1e-9, "{} {reach}", lowest(&probed));

@@ -2,6 +2,17 @@
 //!
 //! A library, so that the program and the Python package call the same thing: [`call`] does what a command
 //! line says, [`front`] is what other front ends need of it.
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `args/` | the command line: options of each command, by subject |
+//! | `commands/` | what each command does, one file a command |
+//! | `front.rs` | what other front ends call |
+//! | `main.rs` | the program |
+//! | `progress.rs`, `stop.rs` | progress of a run; Ctrl-C and TERM |
+//! | `terminal.rs`, `failure.rs` | text for a terminal; errors with place and remedy |
+//! | `host.rs` | memory and time that the host reports |
+//! | `every_option.rs` | a test: each option is in a typed command line |
 
 /// A line on standard output, without what would steer a terminal; a reader that went away (`| head`) is no
 /// error.

@@ -219,8 +219,8 @@ impl PlacedBody<'_> {
 /// By how much points may leave the hull of both ends of a straight motion of the joints, and the parabolas
 /// through their places at both ends and in the middle, where they are nearer to the other body than
 /// `wanted`, mm: at most an eighth of their second derivative, and [`OFF_PARABOLA`] of their third (text of
-/// `least/search.rs`). `weights` say how far a point goes for a unit of each joint, `turns` which joints
-/// turn, `of_b` which carry the other body, `way` how far each goes.
+/// `least_clearance/search.rs`). `weights` say how far a point goes for a unit of each joint, `turns` which
+/// joints turn, `of_b` which carry the other body, `way` how far each goes.
 pub(crate) fn bent(
     weights: &[f64; MAX_JOINTS],
     turns: &[bool; MAX_JOINTS],

@@ -72,10 +72,31 @@
 //! fitted together. Against an independent optimum with jerk limits (`tests/optimum.rs`) plans lose below 0.1
 //! percent at feed and 1 to 2 percent at corners and in curves; 20 single curves from rest to rest that
 //! joints alone bind take no longer than what another program finds (`tests/against_copp.rs`). Not executed
-//! and refused by name: a contour that is not yet the path of the tool center. A machine without acceleration
-//! (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it. A standstill
-//! has only its first and last sample. M0 and M1 take no time. Loads of the drives are those of the machine
-//! alone: no workpiece, fixture, tool or cutting force.
+//! and refused by name: a contour whose cutter compensation was not applied by the reader. A machine without
+//! acceleration (jerk) limits gets steps of velocity (acceleration); [`Summary::unlimited_joints`] names it.
+//! A standstill has only its first and last sample. M0 and M1 take no time. Loads of the drives are those of
+//! the machine alone: no workpiece, fixture, tool or cutting force.
+//!
+//! # Files
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `controller.rs`, `controller/` | executes commands: state, runs between stops, dwell, spindle, probing |
+//! | `motion.rs`, `motion/` | exact path of a motion: lines, great circles, splines, retraction |
+//! | `shape.rs`, `shape/` | exact path of one block; quintic pieces that round corners |
+//! | `path.rs`, `path/` | path between two stops: fit, rounded corners, reversals, cells with limits |
+//! | `rtcp.rs`, `mapping.rs`, `jet.rs` | task coordinates to joints, with derivatives |
+//! | `limits.rs`, `look_ahead.rs`, `jerk_ramp.rs`, `profile.rs` | limits along the path; the first time law |
+//! | `retime.rs`, `retime/`, `tempo.rs` | the law run as fast as the joints allow |
+//! | `stretch.rs`, `stretch/`, `watch.rs` | the law checked and slowed at the control samples |
+//! | `emit.rs`, `output.rs`, `pieces.rs`, `straightness.rs` | samples, events, blocks, motion pieces |
+//! | `meter.rs`, `summary.rs`, `tube.rs` | figures of a run; its lower bound of the time |
+//! | `servo/` | drives: the actual motion of the joints |
+//! | `dynamics/` | loads of the drives: Newton-Euler, or Rapier as plant |
+//! | `program_runs.rs`, `idle_tools.rs` | runs of a program; tools that are changed in and not moved |
+//! | `reprogram.rs`, `reprogram/` | whole programs re-scheduled |
+//! | `alternatives/` | all tool axes that are possible in a run, as gates of joints |
+//! | `settings.rs`, `error.rs` | settings of the control; why it stops |
 
 #![expect(clippy::needless_range_loop, reason = "a joint's number indexes several arrays at once")]
 

@@ -10,6 +10,14 @@
 //!   [`write_glb_container`] – header and chunks of the latter.
 //!
 //! A type enters this crate when two crates need it.
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `angle.rs`, `pose.rs`, `tool_pose.rs` | exact right angles; rigid poses; tool tip with tool axis |
+//! | `aabb.rs`, `cell_map.rs` | boxes; hash maps over the cells of a grid |
+//! | `mesh.rs`, `primitives.rs` | triangle meshes; boxes, cylinders, bodies of revolution as meshes |
+//! | `crossing.rs`, `overlap.rs` | where a mesh crosses itself; where its faces lie in each other |
+//! | `mesh_file/` | readers and writers: STL, OBJ, glTF binary |
 
 mod aabb;
 mod angle;

@@ -30,6 +30,25 @@
 //! **Limits.** The README says word by word what each dialect supports. Rounding of corners is
 //! handed on as a tolerance. An action that a machine builder assigns to an M word is named in a
 //! note and not executed.
+//!
+//! **Files.**
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `dialect/` | the languages: `apt/`, `heidenhain/`, `iso/`, `siemens/`; which one a text is |
+//! | `channel/` | what all languages share: calls, jumps, formulas, holes, milling, recovery, coverage |
+//! | `cycle/` | the parameters of all cycles as tables, one file a language |
+//! | `control/` | control files: words, start state and parameters of a control |
+//! | `compensation/`, `overcut.rs` | the path of the tool center from a contour; where it cuts the contour |
+//! | `json/` | commands as JSON lines |
+//! | `post/` | commands to text, one file a language |
+//! | `command.rs`, `g_code.rs` | the commands; G words by number |
+//! | `program.rs`, `survey.rs`, `not_run.rs`, `tally.rs` | a program as commands, and as a whole |
+//! | `codes.rs`, `diagnostic.rs` | codes and texts of faults |
+//! | `settings.rs`, `machine_data.rs` | what the reader knows besides the text |
+//! | `scan.rs`, `source.rs` | characters and lines of a text |
+//! | `state.rs`, `frame.rs` | place of the tool; transforms between coordinate systems |
+//! | `arc.rs`, `spline.rs`, `optional_stop.rs` | circles; B-splines and NURBS; M1 with a spindle that turns |
 
 /// The example of the README.
 #[cfg(doctest)]

@@ -62,6 +62,29 @@
 //! [`Setup`]: proveout_sim::observer::Setup
 //! [`Batch`]: proveout_sim::observer::Batch
 //! [`Outcome`]: proveout_sim::observer::Outcome
+//!
+//! # Files
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `all_observers.rs` | the observers of a run, together |
+//! | `json.rs`, `tables.rs`, `parquet_table.rs`, `clearance.rs` | JSON files, Parquet tables |
+//! | `part.rs`, `picture.rs`, `surface_picture.rs`, `glb.rs`, `mesh_file.rs` | the cut part as glTF; meshes |
+//! | `stock.rs`, `section.rs` | stock files; sections of a stock |
+//! | `roughness_map.rs`, `roughness_files.rs`, `roughness_picture.rs` | roughness maps |
+//! | `inspection.rs`, `qif.rs`, `qif/` | measured features: CSV, QIF |
+//! | `recording/`, `rerun_mode.rs` | the recording for the Rerun viewer; where it goes |
+//! | `report/` | `report.html`: findings, part, path, signals |
+//! | `setup_sheet/` | `setup.html` |
+//! | `compare/` | `compare.json`, `compare.html` and drawings |
+//! | `chart/` | charts of the pages as SVG |
+//! | `contact/` | pictures of first contacts |
+//! | `job_page.rs`, `sweep.rs` | results of a job, of a sweep |
+//! | `free_axes.rs`, `program.rs` | free tool axes along a program; text of a re-scheduled program |
+//! | `page_template.rs`, `page_encoding.rs` | templates of the pages; bytes as text in them |
+//! | `canvas.rs`, `font.rs`, `projection.rs`, `color.rs`, `machine_picture.rs` | drawing of PNG pictures |
+//! | `deviation_classes.rs`, `envelope.rs`, `units.rs` | bounded counts and signals; units of files |
+//! | `error.rs` | why a file could not be written |
 
 mod all_observers;
 mod canvas;

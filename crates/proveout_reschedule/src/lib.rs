@@ -34,6 +34,7 @@
 //! | `certificate/`, `taut.rs` | a bound of the time of every schedule; shortest path through gates |
 //! | `tool_channel.rs`, `meeting.rs`, `touching.rs` | where the tool is free, where it touches |
 //! | `blade_surface.rs` | [`BladeSurface`]: contacts on a blade |
+//! | `band.rs` | symmetric positive definite matrices of few diagonals |
 //! | `study.rs` | what a method shows |
 //! | `error.rs` | [`RescheduleError`] |
 

@@ -7,7 +7,7 @@
 //! [`Verdict`](verdict::Verdict) says pass, fail or unchecked for every gate. [`Observer`]s see
 //! everything; this crate itself writes no file except the frame of the run folder.
 //!
-//! | folder | what it does |
+//! | folder or file | what it does |
 //! |---|---|
 //! | `scene/` | the scene file: one file a table of it |
 //! | `prepare/` | from a scene to `Prepared`: all files read and checked |
@@ -21,6 +21,8 @@
 //! | `verdict/` | findings, gates and figures as data |
 //! | `compare/` | programs side by side, certificates of a schedule |
 //! | `setup/` | a scene from a program, causes known before a run |
+//! | `units.rs` | factors between the units inside and those of files |
+//! | `latin_hypercube.rs` | draws for sweeps and comparisons |
 //!
 //! Frames: workpiece W of the scene (stock, part, inspection), table K (fixtures, motion pieces), machine M
 //! (joints). Millimeter, radian, second inside; files carry units in their keys.

@@ -44,15 +44,16 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Folders
+//! # Files
 //!
-//! | folder | holds |
+//! | folder or file | holds |
 //! |---|---|
 //! | `field` | rays in tiles, cells, raw bodies, sweeps and what they take away, depths and engagement |
 //! | `kernels` | how a moving body meets one ray, or several at once |
 //! | `between` | what lies between the rays: raw body and cuts themselves |
 //! | `query` | surface, rows, sections, distances, parts |
 //! | `persist` | files, earlier moments, other poses and cells, patches |
+//! | `sweep_item`, `error` | one body on one motion; why a stock cannot be made |
 //!
 //! # How a motion meets a ray
 //!

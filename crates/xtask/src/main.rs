@@ -2,6 +2,19 @@
 //!
 //! `cargo xtask` without words lists the commands. Nothing here is part of the product, and nothing here
 //! pulls in the heavy crates: `cargo xtask` must build in seconds.
+//!
+//! | file or folder | holds |
+//! |---|---|
+//! | `ci.rs`, `quick.rs`, `test_programs.rs` | `ci`, `nightly`, `quick`; the tests in parallel |
+//! | `checks/` | checks of our own: crate table, layers, book, findings, style, facts |
+//! | `workspace.rs`, `files.rs`, `tools.rs` | crates and manifests; generated files; pinned tools |
+//! | `figures/`, `experiments.rs` | figures of the pages from runs; `docs/experiments.md` |
+//! | `schemas.rs` | `docs/schemas` |
+//! | `machine_models/` | glTF models and bodies of `machines/` |
+//! | `cone_frustum/` | the programs of `scenes/cone-frustum` |
+//! | `jobs/` | typical long-running scenes, to be timed |
+//! | `verify_clearance/`, `verify_schedule/` | checks of certificates, with code of their own |
+//! | `wheel.rs` | the Python package, built and tested |
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command line prints")]
 
 mod checks;

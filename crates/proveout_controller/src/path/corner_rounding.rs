@@ -159,7 +159,7 @@ pub(super) fn size(machine: &Machine, difference: &JointValues) -> (f64, f64) {
 }
 
 /// Half width at which the joints can take the corner at the feed, or at the highest speed of both blocks if
-/// that is lower: with the largest second and third derivative of the blend from the table above.
+/// that is lower: with the largest second and third derivative of the blend (text of `path.rs`).
 ///
 /// In the middle of the blend between slopes u and w the way by the parameter is |u + w|/2 = cos(half of the
 /// angle), so that at the feed the parameter runs faster by one over that, and the joints accelerate by its

@@ -23,7 +23,7 @@ pub struct ControlFile {
     /// What moves under the forces of the drives, for dynamics = "servo".
     #[serde(default)]
     pub plant: Plant,
-    /// Corner tolerance where the program sets none, mm; otherwise as the machine says.
+    /// Path tolerance where the program sets none, mm; otherwise as the machine says.
     pub path_tolerance_mm: Option<f64>,
     /// By how much the pieces of motion that cut may leave the true motion at the cutting edges, mm; 0.0005
     /// when left out.

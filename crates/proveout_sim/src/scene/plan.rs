@@ -274,7 +274,7 @@ pub struct PathFile {
     pub posted: Option<PostedFile>,
     /// Word of the work offset.
     pub work_offset: String,
-    /// Corner tolerance that the program asks the control for, mm.
+    /// Path tolerance that the program asks the control for, mm.
     pub tolerance_mm: f64,
     /// Orientation of the tool axis.
     pub axis: AxisFile,
@@ -611,7 +611,7 @@ pub struct HelixFile {
     pub start: f64,
     /// Distance of approach and retract from the blade along its normal, mm.
     pub clearance_mm: f64,
-    /// Corner tolerance that the program asks the control for (CYCLE832), mm.
+    /// Path tolerance that the program asks the control for (CYCLE832), mm.
     pub tolerance_mm: f64,
 }
 

@@ -20,7 +20,8 @@ struct FindingCode {
     summary: String,
 }
 
-/// Rows `NAME = "code", Family, Severity, "summary";` of the registry.
+/// Rows `NAME = "code", Family, Severity, fails Gate, limit Source, "summary";` of the registry; `fails` and
+/// `limit` may be missing.
 fn entries(source: &str) -> Vec<FindingCode> {
     let Some((_, body)) = source.split_once("\ncodes! {") else { return Vec::new() };
     let body = body.split_once("\n}").map_or(body, |(inside, _)| inside);
@@ -108,15 +109,18 @@ mod tests {
     use super::*;
 
     const SOURCE: &str = "macro_rules! codes {\n    () => {};\n}\n\ncodes! {\n    STOPPED = \"program-stopped\", Program, Error, \
-        \"It stopped.\";\n    GOUGE = \"geometry-gouge\", Geometry, Warning,\n        \"Too deep.\";\n}\n\nfn f() { let a = \"b\"; }\n";
+        fails Program, \"It stopped.\";\n    GOUGE = \"geometry-gouge\", Geometry, Error, fails Gouge, limit GougeTolerance,\n        \
+        \"Too deep.\";\n    NOTE = \"program-note\", Program, Info, \"No effect.\";\n}\n\nfn f() { let a = \"b\"; }\n";
 
     #[test]
     fn the_registry_is_read_with_rows_on_one_line_or_two() {
         let entries = entries(SOURCE);
-        assert_eq!(entries.len(), 2);
+        assert_eq!(entries.len(), 3);
         assert_eq!(entries[0].code, "program-stopped");
-        assert_eq!(entries[1].severity, "Warning");
+        assert_eq!(entries[1].severity, "Error");
         assert_eq!(entries[1].summary, "Too deep.");
+        assert_eq!(entries[2].severity, "Info");
+        assert_eq!(entries[2].summary, "No effect.");
     }
 
     #[test]
