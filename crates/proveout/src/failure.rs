@@ -134,7 +134,7 @@ impl Failure {
         let mut lines = ProgramLines::default();
         let mut each = faults.iter().take(MAX_SHOWN).map(|d| {
             let text =
-                if d.source_line.is_empty() { lines.get(&d.file, d.line as usize) } else { d.source_line.clone() };
+                if d.source_line.is_empty() { lines.get(&d.file, d.line as usize) } else { d.source_line.to_string() };
             Self::new(format!("{} [{}]", d.message, d.code))
                 .at(&d.file, d.line as usize, d.column as usize, d.length as usize, &text)
                 .with_help(d.help.as_deref().unwrap_or_default())

@@ -28,9 +28,9 @@ pub struct Diagnostic {
     /// What to do about it.
     pub help: Option<String>,
     /// Text of the line.
-    pub source_line: String,
+    pub source_line: Box<str>,
     /// What the reader asks of it again.
-    pub(crate) about: Option<FaultSubject>,
+    pub(crate) about: Option<Box<FaultSubject>>,
 }
 
 /// What a fault is about, where its code does not say it all.
@@ -53,7 +53,7 @@ impl Diagnostic {
             column: location.column,
             length: location.length,
             help: Some(help),
-            source_line: String::new(),
+            source_line: Box::default(),
             about: None,
         }
     }
@@ -93,7 +93,7 @@ impl SourceCode for Diagnostic {
         before: usize,
         after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let inner = self.source_line.as_str().read_span(span, before, after)?;
+        let inner = (*self.source_line).read_span(span, before, after)?;
         let first_line = (self.line as usize).saturating_sub(1);
         Ok(Box::new(MietteSpanContents::new_named(
             self.file.to_string(),
@@ -200,8 +200,8 @@ impl Fault {
             column,
             length,
             help: self.help,
-            source_line: line.to_owned(),
-            about: self.about,
+            source_line: line.into(),
+            about: self.about.map(Box::new),
         }
     }
 }

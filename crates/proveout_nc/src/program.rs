@@ -213,7 +213,7 @@ fn spoken(dialect: Dialect, source: &Source, settings: &Settings) -> Result<Dial
         length: 0,
         help: Some("name another control, or leave the dialect out".to_owned()),
         about: None,
-        source_line: source.text.lines().next().unwrap_or_default().to_owned(),
+        source_line: source.text.lines().next().unwrap_or_default().into(),
     }))
 }
 

@@ -57,7 +57,7 @@ impl Source {
                 column: 0,
                 length: 0,
                 help: Some(help.to_owned()),
-                source_line: String::new(),
+                source_line: Box::default(),
                 about: None,
             })
         };

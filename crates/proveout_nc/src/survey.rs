@@ -210,7 +210,7 @@ impl Survey {
                 column: 1,
                 length: characters(text),
                 help: Some(help.to_owned()),
-                source_line: text.clone(),
+                source_line: text.as_str().into(),
                 about: None,
             };
             if self.motions == 0 && !self.subprogram {
@@ -244,7 +244,7 @@ impl Survey {
             column: 1,
             length: characters(&part.text),
             help: Some(part.remedy().to_owned()),
-            source_line: part.text.clone(),
+            source_line: part.text.as_str().into(),
             about: None,
         }));
         list

@@ -180,7 +180,7 @@ fn diagnostics_show_their_line() {
         .find_map(Result::err)
         .unwrap();
     assert_eq!((error.line, error.column, error.length), (2, 7, 2));
-    assert_eq!(error.source_line, "G0 X1 Q5 ; here");
+    assert_eq!(&*error.source_line, "G0 X1 Q5 ; here");
     assert_eq!(error.to_string(), "part.mpf:2:7: unknown word `Q5`");
     let diagnostic: &dyn miette::Diagnostic = &error;
     let label = diagnostic.labels().unwrap().next().unwrap();

@@ -300,7 +300,7 @@ fn what_does_not_fit_is_an_error_that_names_it() {
     let error = fault(slot, 4.0);
     assert_eq!((error.code, error.line), ("nc-compensation", 7));
     assert!(error.message.contains("4 mm"), "{error}");
-    assert_eq!(error.source_line, "Y20");
+    assert_eq!(&*error.source_line, "Y20");
     assert!(commands(&format!("{HEAD}{slot}"), &settings(2.9)).is_ok());
     // An inside arc of 5 mm.
     let error = fault("G1 G41 X0 Y0\nX20\nG3 X25 Y5 I0 J5\nG1 Y20\nG40 X0\nM30\n", 5.0);
@@ -550,6 +550,6 @@ fn faults_of_the_path_show_their_line() {
         let fault = Program::from_text("part", text, &settings).unwrap().find_map(Result::err);
         let fault = fault.unwrap_or_else(|| panic!("{dialect:?} raises nothing"));
         assert_eq!((fault.code, fault.line), ("nc-compensation", 3), "{dialect:?}: {fault}");
-        assert_eq!(fault.source_line, "G41 D1 G1 X10 F100", "{dialect:?}");
+        assert_eq!(&*fault.source_line, "G41 D1 G1 X10 F100", "{dialect:?}");
     }
 }

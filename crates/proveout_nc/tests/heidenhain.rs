@@ -601,5 +601,5 @@ fn faults_stand_in_their_line_of_a_long_block() {
     let faults = check_text("p.h", text, &settings(Dialect::Heidenhain));
     let found: Vec<_> = faults.iter().map(|f| (f.line, f.column, f.length, f.code)).collect();
     assert_eq!(found, [(4, 11, 2, "nc-unknown-word")], "{faults:?}");
-    assert_eq!(faults[0].source_line, "  Q201=-5 X9 ;DEPTH");
+    assert_eq!(&*faults[0].source_line, "  Q201=-5 X9 ;DEPTH");
 }

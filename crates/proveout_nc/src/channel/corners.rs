@@ -246,7 +246,7 @@ impl<L: CornerLanguage> Channel<L> {
             column: location.column,
             length: location.length,
             help: Some(help.to_owned()),
-            source_line,
+            source_line: source_line.into(),
             about: None,
         }));
     }

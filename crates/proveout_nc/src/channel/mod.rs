@@ -288,7 +288,7 @@ impl<L: Language> Channel<L> {
         Err(Box::new(Diagnostic {
             code: codes::LOOP_LIMIT,
             message: format!("the program has run {limit} blocks, which is the limit, and has not ended"),
-            source_line: self.line_of(&file, line).unwrap_or_default(),
+            source_line: self.line_of(&file, line).unwrap_or_default().into(),
             file,
             line,
             column,

@@ -83,7 +83,7 @@ impl CompensatedReader {
             column: location.column,
             length: location.length,
             help: Some(help.into()),
-            source_line,
+            source_line: source_line.into(),
         })
     }
 }

@@ -282,7 +282,7 @@ impl CompensatedReader {
         if fault.source_line.is_empty()
             && let Some(line) = self.reader.source_line(&fault.file, fault.line)
         {
-            fault.source_line = line;
+            fault.source_line = line.into();
         }
         Some(fault)
     }

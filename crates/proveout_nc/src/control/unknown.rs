@@ -113,7 +113,7 @@ fn name_of(fault: &Diagnostic, dialect: Dialect) -> Option<WordKey> {
     if fault.code != codes::UNKNOWN_WORD || dialect != Dialect::Siemens840d {
         return None;
     }
-    let Some(FaultSubject::UnknownWord(name)) = &fault.about else { return None };
+    let Some(FaultSubject::UnknownWord(name)) = fault.about.as_deref() else { return None };
     word_key(name).filter(|key| matches!(key, WordKey::Name(_)))
 }
 

@@ -150,7 +150,7 @@ fn unknown(source: &Source) -> Diagnostics {
         column: 1,
         length: 0,
         help: Some(help),
-        source_line: source.text.lines().next().unwrap_or_default().to_owned(),
+        source_line: source.text.lines().next().unwrap_or_default().into(),
         about: None,
     })
 }

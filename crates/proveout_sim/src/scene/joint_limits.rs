@@ -135,7 +135,7 @@ fn limit(joint: &mut Joint, limits: &JointLimitFile) -> Result<(), LimitFault> {
         let kind = if joint.is_rotary() { "rotary" } else { "linear" };
         let keys: Vec<&str> = own.iter().map(|(key, ..)| *key).collect();
         let message = format!("{key} does not apply: the joint is {kind}");
-        return Err(LimitFault { key: *key, message, help: format!("write {}", keys.join(", ")) });
+        return Err(LimitFault { key, message, help: format!("write {}", keys.join(", ")) });
     }
     let targets = [&mut joint.max_velocity, &mut joint.max_acceleration, &mut joint.max_jerk];
     for ((key, value, unit), target) in own.into_iter().zip(targets) {

@@ -18,7 +18,7 @@ pub(super) fn may_follow(channel: &Interpreter, fault: &Diagnostic) -> bool {
     // A variable of the control that holds a position.
     let position = faults.doubt.axes != 0
         && fault.code == codes::UNSUPPORTED_WORD
-        && fault.about == Some(FaultSubject::PositionVariable);
+        && fault.about.as_deref() == Some(&FaultSubject::PositionVariable);
     let contour = channel.own.contour_torn && fault.code == codes::SUBPROGRAM;
     faults.doubt.hides(fault, faults.stage) || call || position || contour
 }
