@@ -1,6 +1,6 @@
-//! No gate passes what nobody stated: workholding, lengths of tools, teeth, switches of the operator, corners
-//! under ideal dynamics; and a gate that nobody asked has no part in the verdict. Families of small scenes,
-//! each with the statement and without it.
+//! A gate passes only on what the setup states: workholding, tool lengths, teeth, operator switches, corners
+//! under ideal dynamics. A gate that the scene does not ask for does not count in the verdict. Each small
+//! scene runs with the statement and without it.
 
 use std::{
     fs,

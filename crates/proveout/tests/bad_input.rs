@@ -361,8 +361,8 @@ fn an_old_key_is_refused_with_its_new_name() {
     }
 }
 
-/// Every fault of a key of a scene stands at that key, also where its word stands in a comment before, in a
-/// name, or in another table.
+/// An error about a key of a scene points to that key, even if the same word occurs earlier in a comment, in
+/// a name or in another table.
 #[test]
 fn a_fault_of_a_key_has_its_line_and_column() {
     let decoy = "# gouge_mm contact_mm path_tolerance_mm blocks tool [start] [part [surface [compare baseline draws \"main\" dialect\n";

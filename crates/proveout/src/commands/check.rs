@@ -92,10 +92,10 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
         let word = kind.word();
         let result = match kind {
             InputKind::Scene => check_scene(path),
-            InputKind::Machine => check_machine(path).map_err(told),
+            InputKind::Machine => check_machine(path).map_err(as_failure),
             InputKind::Tools => ToolLibrary::read(path)
                 .map(|l| CheckReport::note(format!("{} tools", l.tools.len())))
-                .map_err(|e| told(SimError::from(e))),
+                .map_err(|e| as_failure(SimError::from(e))),
             InputKind::Control => check_control(path),
             InputKind::Program if ProgramText::open(path).is_ok_and(|text| looks_binary(&text)) => {
                 Err(Failure::new(format!("{} is not plain text: it looks like a binary file", path.display()))
@@ -131,7 +131,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
         say!("{}", serde_json::to_string_pretty(&all).map_err(Failure::new)?);
     }
     if let (Some(file), Some(path), true) = (&args.picture, args.paths.first(), clean) {
-        let machine = Machine::read(path).map_err(|e| told(e.into()))?;
+        let machine = Machine::read(path).map_err(|e| as_failure(e.into()))?;
         let png = machine_png(&machine).map_err(Failure::new)?;
         output_file::put_bytes(file, args.force, png)?;
         if !args.json {
@@ -154,7 +154,7 @@ fn check_picture(file: &Path, force: bool, kinds: &[(&std::path::PathBuf, InputK
     output_file::check(file, force)
 }
 
-fn told(e: SimError) -> Failure {
+fn as_failure(e: SimError) -> Failure {
     Failure::from(&e)
 }
 
@@ -232,12 +232,12 @@ fn top_keys(text: &str) -> BTreeSet<&str> {
 }
 
 fn check_control(path: &Path) -> Result<CheckReport, Failure> {
-    let control = Control::find(&path.display().to_string(), None).map_err(|e| told(e.into()))?;
+    let control = Control::find(&path.display().to_string(), None).map_err(|e| as_failure(e.into()))?;
     Ok(CheckReport::note(format!("control \"{}\" for programs in {}", control.name(), control.dialect().name())))
 }
 
 fn check_scene(path: &Path) -> Result<CheckReport, Failure> {
-    let scene = Scene::read(path).map_err(|e| told(e.into()))?;
+    let scene = Scene::read(path).map_err(|e| as_failure(e.into()))?;
     let mut found = CheckReport::default();
     for program in &scene.file.program {
         if program.file.is_none() && program.reschedule.is_none() {
@@ -247,12 +247,12 @@ fn check_scene(path: &Path) -> Result<CheckReport, Failure> {
                 ..ProgramReport::default()
             });
             let machine = scene.resolve(program.machine.as_ref().unwrap_or(&scene.file.machine));
-            Machine::read(&machine).map_err(|e| told(e.into()))?;
-            ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| told(e.into()))?;
+            Machine::read(&machine).map_err(|e| as_failure(e.into()))?;
+            ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| as_failure(e.into()))?;
             continue;
         }
         let choice = Choice { program: Some(program.name.clone()), ..Choice::default() };
-        let prepared = Prepared::read(path, &choice).map_err(told)?;
+        let prepared = Prepared::read(path, &choice).map_err(as_failure)?;
         let mut own = check_program(&prepared.survey)?;
         own.notes.splice(0..0, prepared.control_note.iter().map(|note| format!("note: {note}")));
         found.programs.push(ProgramReport { name: Some(program.name.clone()), causes: preflight(&prepared), ..own });

@@ -46,7 +46,9 @@ pub(crate) fn migrate_files(args: &MigrateArgs) -> Result<u8, Failure> {
         }
     }
     let word = if args.check { "to rename" } else { "renamed" };
-    say!("{keys} keys {word}, in {changed} of {} files", done.len());
+    let plural = |n: usize| if n == 1 { "" } else { "s" };
+    let files = done.len();
+    say!("{keys} key{} {word}, in {changed} of {files} file{}", plural(keys), plural(files));
     Ok(if args.check && keys > 0 { FAIL } else { PASS })
 }
 

@@ -3,7 +3,7 @@
 //!
 //! *Where.* Every Markdown file at the root and below `docs`, `scenes`, `machines`, `tools` and `crates`. In
 //! a fenced block without a language (or `sh`) each line that begins with `proveout` or `cargo` (after
-//! variables such as `N=1`) is a command; what stands behind two blanks is its description, and a backslash
+//! variables such as `N=1`) is a command; text after two blanks is its description, and a backslash
 //! at the end joins lines. In the running text and in tables it is what stands between backticks.
 //!
 //! *What.* `cargo run --release -- X` is `proveout X`, with `--no-default-features` too. A product's command
