@@ -10,20 +10,18 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, MoveKind};
 use proveout_geom::Pose;
-use proveout_stock::{Depths, Patch, SweepMotion, TileId, TriDexel};
-use proveout_tool::Tool;
+use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
+use proveout_tool::{Role, Tool};
 
 use crate::{
     checks::{
         block_slope::BlockEnds,
-        engagement::Engagement,
-        leg_limits,
-        plunge::PlungeWatch,
-        spindle_and_holder::{Barring, Cutters, CuttingState, Sweeps, states_of_pieces},
-        tap_pitch,
-        thread_strokes::{Stroke, Strokes, is_envelope},
+        descent::PlungeWatch,
+        leg_limits, tap_pitch,
+        thread_strokes::{Strokes, ThreadCuts},
     },
     cut::{
+        block_sums::BlockSums,
         bodies::BodyCheck,
         body_facts::{StockNear, Told},
         cut_source::Cuts,
@@ -34,6 +32,8 @@ use crate::{
         stock_bodies::StockBodies,
         texture_motion::{Recorder, Tracks},
         tool_between_rays::{BetweenFacts, BetweenWatch},
+        tool_sweeps::{Barring, Cutters, CuttingState, SweepPart, Sweeps, Swept},
+        tool_uses::ToolUses,
     },
     evidence::inputs::FlatMesh,
     observe::block_rows::{BlockRow, ClearanceProof, LooseMotion, SampleSignals},
@@ -121,17 +121,6 @@ struct UnknownPlunge {
     block: u32,
 }
 
-/// Sums over the pieces of a block.
-#[derive(Clone, Copy, Debug, Default)]
-struct BlockSum {
-    volume: f64,
-    overlap: f64,
-    engagement: Option<Engagement>,
-    tool: Option<usize>,
-    /// Speed of the spindle at its last cut, 1/min.
-    cut_rpm: f64,
-}
-
 pub(crate) struct Engine<'a> {
     prepared: &'a Prepared,
     work_from_table: Pose,
@@ -156,26 +145,16 @@ pub(crate) struct Engine<'a> {
     breaches: Vec<(usize, usize)>,
     /// The same for a body and the stock.
     stock_breaches: Vec<(usize, usize)>,
-    state: CuttingState,
-    uses: BTreeMap<usize, (usize, ToolUse)>,
-    in_spindle_since: f64,
-    sums: BTreeMap<u32, BlockSum>,
+    tool_uses: ToolUses,
+    block_sums: BlockSums,
     block_of_piece: Vec<u32>,
-    envelopes: BTreeMap<u32, usize>,
-    strokes: Strokes,
-    /// Whether each tool cuts as the cylinder round it.
-    is_envelope: Vec<bool>,
+    threads: ThreadCuts,
     motion: Option<KeptMotion>,
     recorder: Option<Recorder<'a>>,
     places: Vec<Option<(Arc<str>, u32)>>,
     ledger: Ledger,
-    /// Volume that cuts have reported, mm³: it grows with each of them.
-    reported: f64,
     loose: LooseParts,
-    /// The same when the parts were looked at last.
-    looked_at: f64,
     time: f64,
-    ended: bool,
     /// End of the last piece, and its signals.
     last_signals: (f64, SampleSignals),
 }
@@ -193,7 +172,6 @@ impl<'a> Engine<'a> {
             work_from_table: prepared.table_from_work.inverse(),
             ledger: Ledger::new(&stock, prepared.stock.own_volume()),
             loose: LooseParts::new(&stock),
-            looked_at: 0.0,
             depths: Depths::new(prepared.scene.file.tolerances.contact_mm),
             cuts,
             barring: Barring::default(),
@@ -210,20 +188,14 @@ impl<'a> Engine<'a> {
             of_meshes: prepared.flat_meshes.iter().map(FlatMesh::finding).collect(),
             breaches: Vec::new(),
             stock_breaches: Vec::new(),
-            state: CuttingState::IDLE,
-            uses: BTreeMap::new(),
-            in_spindle_since: 0.0,
-            sums: BTreeMap::new(),
+            tool_uses: ToolUses::new(),
+            block_sums: BlockSums::default(),
             block_of_piece: Vec::new(),
-            envelopes: BTreeMap::new(),
-            strokes: Strokes::new(),
-            is_envelope: (0..prepared.tools.tools.len()).map(|t| is_envelope(&prepared.tools, t)).collect(),
+            threads: ThreadCuts::new(&prepared.tools),
             motion: prepared.keeps_motion().then(KeptMotion::default),
             recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
             places: Vec::new(),
-            reported: 0.0,
             time: 0.0,
-            ended: false,
             last_signals: (f64::NEG_INFINITY, SampleSignals::default()),
         })
     }
@@ -260,7 +232,7 @@ impl<'a> Engine<'a> {
         for block in &chunk.blocks {
             self.place(block);
         }
-        let states = self.states_of_pieces(chunk);
+        let states = self.tool_uses.states_of_pieces(self.prepared, chunk);
         if let Some(recorder) = &mut self.recorder {
             recorder.take(chunk, &states);
         }
@@ -270,25 +242,19 @@ impl<'a> Engine<'a> {
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
             let id = first_id + i as u32;
             self.block_of_piece.push(piece.block);
-            if let Some(tool) = state.tool.filter(|t| self.is_envelope.get(*t) == Some(&true)) {
-                self.envelopes.insert(piece.block, tool);
-            }
             let [from, to] = piece.pose.map(|p| p.transformed(&self.work_from_table));
-            let tap = state.tool.and_then(|t| Some((t, self.tool(Some(t))?.thread?)));
-            if let Some(stroke) = tap.and_then(|(t, thread)| Stroke::of(&SweepMotion { from, to }, thread, t)) {
-                self.strokes.insert(id, stroke);
-            }
-            if let Some(motion) = &mut self.motion {
-                motion.push(KeptPiece {
+            let motion = SweepMotion { from, to };
+            self.threads.add([id, piece.block], &self.prepared.tools, state.tool, &motion);
+            if let Some(kept) = &mut self.motion {
+                kept.push(KeptPiece {
                     time: piece.time,
-                    motion: SweepMotion { from, to },
+                    motion,
                     tool: state.tool.map_or(u32::MAX, |t| t as u32),
                     feed: piece.kind == MoveKind::Feed,
                     deviation: piece.edge_deviation as f32,
                 });
             }
-            let tools = &self.prepared.tools.tools;
-            if let Some(cut) = self.barring.cut(id, piece, state, tools, SweepMotion { from, to }) {
+            if let Some(cut) = self.barring.cut(id, piece, state, &self.prepared.tools.tools, motion) {
                 self.cutters.add(&mut sweeps, i, &cut);
             }
         }
@@ -308,7 +274,8 @@ impl<'a> Engine<'a> {
 
         self.keep_history(chunk, first_id);
         self.tell_at_rest();
-        let volumes = self.judge_reports(chunk, &states, &parts, (&cut.reports, &between));
+        let volumes = self.book_cuts(chunk, &states, &parts, &cut.reports);
+        self.judge_reports(chunk, &states, &parts, (&cut.reports, &between));
         let clearances: Vec<Option<f64>> = hits.iter().map(|h| h.clearance).collect();
         for (piece, checked) in chunk.pieces.iter().zip(hits) {
             for hit in checked.hits {
@@ -326,10 +293,10 @@ impl<'a> Engine<'a> {
         self.loose.watch(self.prepared, chunk, &states, &cut.reports);
         let settled =
             chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. }));
-        if self.reported == self.looked_at || !(settled || self.loose.is_due(&self.stock)) {
+        if !self.ledger.is_cut_since_search() || !(settled || self.loose.is_due(&self.stock)) {
             self.loose.moved(self.prepared, chunk);
         } else {
-            self.looked_at = self.reported;
+            self.ledger.note_search();
             let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
             self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), &states, last));
             self.between.parts_are_gone(&self.loose.gone_bounds());
@@ -393,7 +360,7 @@ impl<'a> Engine<'a> {
 
     /// Closes the run.
     pub(crate) fn finish(mut self) -> (TriDexel, Vec<Patch>, Facts) {
-        self.tool_out(self.time);
+        let tools = self.tool_uses.finish(self.time);
         self.follow_loose_parts(LooseParts::finish);
         self.tell_at_rest();
         for (breach, finding) in std::mem::take(&mut self.stock_breaches) {
@@ -406,9 +373,6 @@ impl<'a> Engine<'a> {
                 self.log.deepen(finding, penetration, distance);
             }
         }
-        let mut uses: Vec<(usize, ToolUse)> = self.uses.into_values().collect();
-        uses.sort_by_key(|(order, _)| *order);
-        let tools: Vec<ToolUse> = uses.into_iter().map(|(_, u)| u).collect();
         let library = &self.prepared.tools.tools;
         let tools_without_holder = tools
             .iter()
@@ -435,10 +399,10 @@ impl<'a> Engine<'a> {
             loose_known: self.loose.checked(),
             fallen: self.ledger.fallen(),
             pieces: self.block_of_piece.len() as u64,
-            ended: self.ended,
+            ended: self.tool_uses.has_ended(),
             block_of_piece: self.block_of_piece,
-            envelopes: self.envelopes,
-            strokes: self.strokes,
+            envelopes: self.threads.envelopes,
+            strokes: self.threads.strokes,
             motion: self.motion,
             tracks: self.recorder.map(Recorder::finish),
             places: self.places,
@@ -461,43 +425,6 @@ impl<'a> Engine<'a> {
         self.places[index] = Some((block.file.clone(), block.line));
     }
 
-    /// Tool and spindle at each piece.
-    fn states_of_pieces(&mut self, chunk: &Chunk) -> Vec<CuttingState> {
-        let mut state = self.state;
-        let states = states_of_pieces(chunk, &mut state, |event| self.apply(event));
-        debug_assert_eq!(state, self.state);
-        states
-    }
-
-    fn apply(&mut self, event: &Event) {
-        match *event {
-            Event::ToolChange { time, tool, .. } => {
-                self.tool_out(time);
-                if let Some(t) = self.tool(tool) {
-                    let order = self.uses.len();
-                    let least = self.prepared.least_overhang_mm.get(&t.name).copied();
-                    let fresh = || {
-                        let name = t.name.clone();
-                        (order, ToolUse { number: t.number, name, min_overhang_mm: least, ..ToolUse::default() })
-                    };
-                    self.uses.entry(tool.unwrap_or_default()).or_insert_with(fresh);
-                }
-            }
-            // A program that the control ends has its finding.
-            Event::End { .. } | Event::Ended { .. } => self.ended = true,
-            _ => {}
-        }
-        self.state.apply(event);
-    }
-
-    /// Books the time of the tool in the spindle until now.
-    fn tool_out(&mut self, now: f64) {
-        if let Some((_, used)) = self.state.tool.and_then(|t| self.uses.get_mut(&t)) {
-            used.time_s += now - self.in_spindle_since;
-        }
-        self.in_spindle_since = now;
-    }
-
     /// Notes when the pieces ended; gives the history up when it has grown too large.
     fn keep_history(&mut self, chunk: &Chunk, first_id: u32) {
         let patches = self.patches.iter_mut().map(Patch::stock_mut);
@@ -517,20 +444,30 @@ impl<'a> Engine<'a> {
         }
     }
 
+    /// Books what the cuts of a stretch took; gives the removed volume of every piece, mm³.
+    fn book_cuts(
+        &mut self,
+        chunk: &Chunk,
+        states: &[CuttingState],
+        parts: &[SweepPart],
+        reports: &[SweepReport],
+    ) -> Vec<f64> {
+        let cuts = |part: &SweepPart| part.what == Swept::Body(Role::Cutting);
+        let reported: f64 = parts.iter().zip(reports).filter(|(part, _)| cuts(part)).map(|(_, r)| r.volume_mm3).sum();
+        let share = self.ledger.book_cuts(&self.stock, reported);
+        let contact = self.prepared.scene.file.tolerances.contact_mm;
+        let tools = &self.prepared.tools.tools;
+        self.block_sums.add((chunk, states), tools, (parts, reports), [share, contact])
+    }
+
     fn finish_block(&mut self, block: &BlockRecord) -> Option<BlockRow> {
-        let sum = self.sums.remove(&block.index).unwrap_or_default();
+        let sum = self.block_sums.take(block.index);
         let BlockKind::Move(kind) = block.kind else { return None };
         let tap = sum.tool.and_then(|t| self.prepared.tools.tools.get(t));
         if let Some(finding) = tap.and_then(|tap| tap_pitch::finding(tap, block, sum.cut_rpm)) {
             self.log.push(finding);
         }
-        if let Some((_, used)) = sum.tool.and_then(|t| self.uses.get_mut(&t)) {
-            used.volume_mm3 += sum.volume;
-            if kind == MoveKind::Feed {
-                used.cut_time_s += block.end_time - block.start_time;
-                used.length_mm += block.length;
-            }
-        }
+        self.tool_uses.book_block(sum.tool, block, kind, sum.volume);
         Some(BlockRow {
             block: block.index,
             file: block.file.clone(),

@@ -10,15 +10,11 @@ use proveout_tool::Role;
 
 use super::{Engine, UnknownPlunge, wording};
 use crate::{
-    checks::{
-        block_slope::BlockEnds,
-        engagement::Engagement,
-        plunge::Judgement,
-        spindle_and_holder::{self, CuttingState, SweepPart, Swept, judge_sweep},
-    },
+    checks::{block_slope::BlockEnds, descent::Judgement},
     cut::{
         bodies::Hit,
         detached_parts::{LooseParts, Shop, Told},
+        tool_sweeps::{self, CuttingState, SweepPart, Swept, judge_sweep},
     },
     scene::{FixtureFile, FixtureFrame},
     verdict::{
@@ -28,19 +24,14 @@ use crate::{
 };
 
 impl Engine<'_> {
-    /// Judges the sweeps; gives the removed volume of every piece, mm³.
+    /// Judges the sweeps.
     pub(super) fn judge_reports(
         &mut self,
         chunk: &Chunk,
         states: &[CuttingState],
         parts: &[SweepPart],
         (reports, between): (&[SweepReport], &[usize]),
-    ) -> Vec<f64> {
-        let mut volumes = vec![0.0; chunk.pieces.len()];
-        let cuts = |part: &SweepPart| part.what == Swept::Body(Role::Cutting);
-        let reported: f64 = parts.iter().zip(reports).filter(|(part, _)| cuts(part)).map(|(_, r)| r.volume_mm3).sum();
-        self.reported += reported;
-        let share = self.ledger.book_cuts(&self.stock, reported);
+    ) {
         let contact = self.prepared.scene.file.tolerances.contact_mm;
         let mut touched = None;
         let mut cores = parts.iter().zip(reports).filter(|(part, _)| part.what == Swept::Core).peekable();
@@ -51,21 +42,7 @@ impl Engine<'_> {
         for (k, (part, report)) in parts.iter().zip(reports).enumerate() {
             let (piece, state) = (&chunk.pieces[part.piece], &states[part.piece]);
             let Some(tool) = self.tool(state.tool) else { continue };
-            if part.what == Swept::Body(Role::Cutting) {
-                let volume = share * report.volume_mm3;
-                volumes[part.piece] += volume;
-                let sum = self.sums.entry(piece.block).or_default();
-                sum.volume += volume;
-                sum.overlap = sum.overlap.max(report.overlap_mm);
-                if piece.kind == MoveKind::Feed && report.overlap_mm > contact {
-                    sum.cut_rpm = state.speed_rpm;
-                }
-                if let Some(contact) = report.contact.filter(|_| report.overlap_mm > contact) {
-                    let engaged = Engagement::of_piece(&contact, piece, state, tool);
-                    sum.engagement = Some(sum.engagement.map_or(engaged, |e| e.union(&engaged)));
-                }
-            }
-            if part.what == Swept::Body(Role::Holder) && spindle_and_holder::depth(report) > contact {
+            if part.what == Swept::Body(Role::Holder) && tool_sweeps::depth(report) > contact {
                 touched = Some(part.piece);
             }
             if part.what == Swept::Zone && touched == Some(part.piece) {
@@ -78,7 +55,7 @@ impl Engine<'_> {
                     finding.message += wording::BETWEEN;
                 }
                 if let Some(index) = state.tool {
-                    let role = spindle_and_holder::role_of(part.what);
+                    let role = tool_sweeps::role_of(part.what);
                     finding.message += &wording::chosen_of_tool(&self.prepared.tools, index, role);
                 }
                 let finding = self.at_piece(finding, piece, piece.time[0]);
@@ -86,7 +63,6 @@ impl Engine<'_> {
             }
         }
         for (piece, state) in chunk.pieces.iter().zip(states) {
-            self.sums.entry(piece.block).or_default().tool = state.tool;
             let moved = (piece.pose[1].tip - piece.pose[0].tip).norm() > 0.0;
             if state.tool.is_none() && piece.kind == MoveKind::Feed && moved {
                 let message = "feed motion with an empty spindle".into();
@@ -94,7 +70,6 @@ impl Engine<'_> {
                 self.log.push(finding);
             }
         }
-        volumes
     }
 
     /// Follows a tool without edges at its center; `met` is what its core met, where it goes down.

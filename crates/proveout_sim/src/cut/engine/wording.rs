@@ -12,10 +12,10 @@ use proveout_tool::{Role, Tool, ToolLibrary};
 
 use super::UnknownPlunge;
 use crate::{
-    checks::spindle_and_holder::{self, CuttingState, Swept},
     cut::{
         bodies::{Hit, HitKind},
         stock_bodies::{AtRest, is_near_miss},
+        tool_sweeps::{self, CuttingState, Swept},
     },
     units::N_M_PER_N_MM,
     verdict::{
@@ -43,7 +43,7 @@ pub(super) fn material(
     report: &SweepReport,
     wanted: f64,
 ) -> Finding {
-    let part = spindle_and_holder::part_of_tool(what);
+    let part = tool_sweeps::part_of_tool(what);
     let how = match code.code {
         _ if what == Swept::Entry => " right after the tool change, before it moves",
         c if c == finding::RAPID_IN_MATERIAL.code => " at rapid rate",
@@ -64,16 +64,16 @@ pub(super) fn material(
             volume if volume >= LEAST_VOLUME_MM3 => format!(", {volume:.3} mm3 in this piece"),
             _ => String::new(),
         };
-        format!("{part} of {} meets material{how}: {:.3} {deep}{volume}", tool.name, spindle_and_holder::depth(report))
+        format!("{part} of {} meets material{how}: {:.3} {deep}{volume}", tool.name, tool_sweeps::depth(report))
     };
     let mut f = FindingLog::of(code, message);
     f.bodies = vec![format!("{}/{part}", tool.name), "stock".into()];
-    let role = spindle_and_holder::role_of(what);
+    let role = tool_sweeps::role_of(what);
     f.tool = state.tool.map(|tool| ToolPart { tool, role, body: 0, swept: true });
     if near {
         (f.limit, f.unit) = (Some(wanted), Some("mm".into()));
     } else {
-        f.penetration_mm = Some(spindle_and_holder::depth(report));
+        f.penetration_mm = Some(tool_sweeps::depth(report));
     }
     f.point_mm = report.first_point.map(|p| [p.x, p.y, p.z]);
     f

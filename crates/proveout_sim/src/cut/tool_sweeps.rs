@@ -1,5 +1,4 @@
-//! From sweep reports to process findings: what met material, with which part of the tool, in which kind of
-//! motion.
+//! What a tool sweeps through the stock: its bodies along each piece of motion, and the state of the spindle then.
 
 use proveout_controller::{Chunk, Event, MoveKind, Piece};
 use proveout_nc::SpindleDirection;
@@ -7,7 +6,7 @@ use proveout_stock::{Action, Measure, SweepItem, SweepMotion, SweepReport};
 use proveout_tool::{Profile, Role, Tool};
 
 use crate::{
-    checks::plunge,
+    checks::descent,
     verdict::finding::{
         Code, HOLDER_IN_STOCK, NEAR_MISS, NECK_RUBS, RAPID_IN_MATERIAL, SHANK_RUBS, SPINDLE_OFF, SPINDLE_WRONG_WAY,
     },
@@ -99,7 +98,7 @@ impl Barring {
             Some((since, of, why)) if (of, why) == (index, code.code) => (since, of, why),
             _ => (id, index, code.code),
         });
-        let goes_down = piece.kind == MoveKind::Feed && plunge::way_down(&piece.pose).0 > 0.0;
+        let goes_down = piece.kind == MoveKind::Feed && descent::way_down(&piece.pose).0 > 0.0;
         Some(PieceCut { id, tool: index, since: self.run.map(|(since, ..)| since), goes_down, entered, motion })
     }
 }
@@ -124,7 +123,7 @@ pub(crate) struct Cutters(pub(crate) Vec<ToolBodies>);
 impl Cutters {
     pub(crate) fn new(tools: &[Tool], zones: &[Vec<Profile>], cell_mm: f64) -> Self {
         let of = |(k, tool): (usize, &Tool)| ToolBodies {
-            core: plunge::core(tool, cell_mm).into_iter().collect(),
+            core: descent::core(tool, cell_mm).into_iter().collect(),
             cutting: tool.cutting().map(|b| (b.role, b.profile.clone())).collect(),
             others: tool.not_cutting().map(|b| (b.role, b.profile.clone())).collect(),
             zones: zones.get(k).cloned().unwrap_or_default(),
