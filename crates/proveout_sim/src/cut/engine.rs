@@ -1,8 +1,6 @@
 //! One stretch of motion through stock and bodies.
 
-mod judging;
 mod ledger;
-mod wording;
 
 use ledger::Ledger;
 
@@ -11,31 +9,29 @@ use std::{collections::BTreeMap, sync::Arc};
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, MoveKind};
 use proveout_geom::Pose;
 use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
-use proveout_tool::{Role, Tool};
+use proveout_tool::Role;
 
 use crate::{
     checks::{
-        block_slope::BlockEnds,
-        descent::PlungeWatch,
-        leg_limits, tap_pitch,
+        CheckList,
+        check::{self, BlockEnd, RunEnd, StretchView},
         thread_strokes::{Strokes, ThreadCuts},
     },
     cut::{
         block_sums::BlockSums,
-        bodies::BodyCheck,
+        bodies::{BodyCheck, Checked},
         body_facts::{StockNear, Told},
         cut_source::Cuts,
         cutting::Cutting,
-        detached_parts::LooseParts,
+        detached_parts::{self, LooseParts, Shop},
         kept_motion::{KeptMotion, KeptPiece},
         stages::{Checks, Stages, timed},
         stock_bodies::StockBodies,
         texture_motion::{Recorder, Tracks},
-        tool_between_rays::{BetweenFacts, BetweenWatch},
+        tool_between_rays::BetweenWatch,
         tool_sweeps::{Barring, Cutters, CuttingState, SweepPart, Sweeps, Swept},
         tool_uses::ToolUses,
     },
-    evidence::inputs::FlatMesh,
     observe::block_rows::{BlockRow, ClearanceProof, LooseMotion, SampleSignals},
     prepare::{
         error::SimError,
@@ -103,22 +99,10 @@ pub(crate) struct Facts {
     pub(crate) checked_pairs: usize,
     /// Bodies that are followed against the stock, and those that are not.
     pub(crate) stock_near: StockNear,
-    /// What lies between the rays.
-    pub(crate) between: BetweenFacts,
-    /// Plunges and ramps into material of which it is not stated whether the tool may make them, by
-    /// tool.
-    pub(crate) unknown_plunges: Vec<String>,
     /// All motion, where the surface that it swept is asked for.
     pub(crate) motion: Option<KeptMotion>,
     /// Motion near the places of `[surface]`, where the scene has them.
     pub(crate) tracks: Option<Tracks>,
-}
-
-/// The steepest way down into material of a tool that may not be allowed, and where.
-#[derive(Clone, Copy, Debug)]
-struct UnknownPlunge {
-    angle: f64,
-    block: u32,
 }
 
 pub(crate) struct Engine<'a> {
@@ -135,16 +119,8 @@ pub(crate) struct Engine<'a> {
     barring: Barring,
     cutters: Cutters,
     between: BetweenWatch,
-    plunge: PlungeWatch,
-    block_ends: BlockEnds,
-    unknown_plunges: BTreeMap<usize, UnknownPlunge>,
+    checks: CheckList,
     log: FindingLog,
-    /// Findings about mesh files, reported before all others.
-    of_meshes: Vec<Finding>,
-    /// Breach of the bodies, and the finding that reports it.
-    breaches: Vec<(usize, usize)>,
-    /// The same for a body and the stock.
-    stock_breaches: Vec<(usize, usize)>,
     tool_uses: ToolUses,
     block_sums: BlockSums,
     block_of_piece: Vec<u32>,
@@ -166,7 +142,7 @@ impl<'a> Engine<'a> {
         patches: Vec<Patch>,
         cuts: Option<Cuts>,
     ) -> Result<Self, SimError> {
-        let (bodies, stock_bodies) = BodyCheck::new(prepared, &stock)?;
+        let (bodies, mut stock_bodies) = BodyCheck::new(prepared, &stock)?;
         Ok(Self {
             prepared,
             work_from_table: prepared.table_from_work.inverse(),
@@ -177,17 +153,12 @@ impl<'a> Engine<'a> {
             barring: Barring::default(),
             cutters: Cutters::new(&prepared.tools.tools, &prepared.holder_zones, stock.cell_mm()),
             between: BetweenWatch::new(prepared.stock.between().clone()),
-            plunge: PlungeWatch::default(),
-            block_ends: BlockEnds::default(),
-            unknown_plunges: BTreeMap::new(),
+            checks: CheckList::new(stock_bodies.take_at_rest()),
             bodies,
             stock_bodies,
             stock,
             patches,
             log: FindingLog::default(),
-            of_meshes: prepared.flat_meshes.iter().map(FlatMesh::finding).collect(),
-            breaches: Vec::new(),
-            stock_breaches: Vec::new(),
             tool_uses: ToolUses::new(),
             block_sums: BlockSums::default(),
             block_of_piece: Vec::new(),
@@ -220,10 +191,6 @@ impl<'a> Engine<'a> {
 
     pub(crate) fn pieces(&self) -> u64 {
         self.block_of_piece.len() as u64
-    }
-
-    fn tool(&self, index: Option<usize>) -> Option<&'a Tool> {
-        index.and_then(|i| self.prepared.tools.tools.get(i))
     }
 
     /// Cuts and checks a stretch; its parts are in order of time.
@@ -273,46 +240,29 @@ impl<'a> Engine<'a> {
         let parts = sweeps.parts;
 
         self.keep_history(chunk, first_id);
-        self.tell_at_rest();
         let volumes = self.book_cuts(chunk, &states, &parts, &cut.reports);
-        self.judge_reports(chunk, &states, &parts, (&cut.reports, &between));
-        let clearances: Vec<Option<f64>> = hits.iter().map(|h| h.clearance).collect();
-        for (piece, checked) in chunk.pieces.iter().zip(hits) {
-            for hit in checked.hits {
-                self.judge_hit(piece, &hit);
-            }
-        }
-        for (piece, breach) in cut.breaches {
-            self.judge_stock_breach(&chunk.pieces[piece], breach);
-        }
-        self.judge_events(chunk);
-        for (mut f, at) in leg_limits::breaches(&self.prepared.machine, &chunk.samples) {
-            (f.block, f.time_s, f.axes) = (Some(at.block), Some(at.time), self.axes(&at.commanded));
-            self.log.push(f);
-        }
-        self.loose.watch(self.prepared, chunk, &states, &cut.reports);
-        let settled =
-            chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. }));
-        if !self.ledger.is_cut_since_search() || !(settled || self.loose.is_due(&self.stock)) {
-            self.loose.moved(self.prepared, chunk);
-        } else {
-            self.ledger.note_search();
-            let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
-            self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), &states, last));
-            self.between.parts_are_gone(&self.loose.gone_bounds());
-            if self.loose.has_taken()
-                && let Some(cuts) = &mut self.cuts
-            {
-                cuts.stock_was_changed();
-            }
-        }
-        self.block_ends.keep(chunk);
+        let view = StretchView {
+            prepared: self.prepared,
+            work_from_table: &self.work_from_table,
+            chunk,
+            states: &states,
+            first_id,
+            cutters: &self.cutters,
+            parts: &parts,
+            reports: &cut.reports,
+            between_rays: &between,
+            hits: &hits,
+            stock_breaches: &cut.breaches,
+            stock_bodies: &self.stock_bodies,
+        };
+        self.checks.stretch(&view, &mut self.log);
+        self.search_loose_parts((chunk, first_id), &states, &cut.reports);
         let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
         self.time = chunk.samples.last().map_or(self.time, |s| s.time.max(self.time));
         self.time = chunk.pieces.last().map_or(self.time, |p| p.time[1].max(self.time));
         self.time = chunk.blocks.last().map_or(self.time, |b| b.end_time.max(self.time));
         Stretch {
-            signals: signals(chunk, &states, &volumes, &clearances, &mut self.last_signals),
+            signals: signals(chunk, &states, &volumes, &hits, &mut self.last_signals),
             blocks,
             findings: log::placed(self.log.all()[known..].to_vec(), &self.places),
             changed_tiles: self.stock.take_changed_tiles(),
@@ -362,32 +312,26 @@ impl<'a> Engine<'a> {
     pub(crate) fn finish(mut self) -> (TriDexel, Vec<Patch>, Facts) {
         let tools = self.tool_uses.finish(self.time);
         self.follow_loose_parts(LooseParts::finish);
-        self.tell_at_rest();
-        for (breach, finding) in std::mem::take(&mut self.stock_breaches) {
-            if let Some(b) = self.stock_bodies.breach(breach) {
-                self.log.deepen(finding, b.penetration_estimate, b.least_distance);
-            }
-        }
-        for (breach, finding) in std::mem::take(&mut self.breaches) {
-            if let Some((penetration, distance)) = self.bodies.worst(breach) {
-                self.log.deepen(finding, penetration, distance);
-            }
-        }
         let library = &self.prepared.tools.tools;
         let tools_without_holder = tools
             .iter()
             .filter(|u| library.iter().any(|t| t.name == u.name && !t.has_holder))
             .map(|u| u.name.clone())
             .collect();
-        let unknown_plunges =
-            self.unknown_plunges.iter().map(|(t, p)| wording::unknown_plunge(&library[*t], p, &self.places)).collect();
+        let end = RunEnd {
+            prepared: self.prepared,
+            tools: &tools,
+            places: &self.places,
+            bodies: &self.bodies,
+            stock_bodies: &self.stock_bodies,
+            between: &self.between.facts(library, &self.places),
+        };
+        self.checks.finish(&end, &mut self.log);
         let (clearance, proof) = self.bodies.clearance(&self.stock_bodies);
         let (bodies, looks) = self.bodies.effort();
         let (stock_queries, stock_motions) = self.stock_bodies.effort();
         let effort = Checks { bodies, looks, stock_motions, stock_queries };
-        let between = self.between.facts(library, &self.places);
         let facts = Facts {
-            between,
             log: self.log.placed(&self.places).without_near_misses_of_hits(),
             tools,
             tools_without_holder,
@@ -412,7 +356,6 @@ impl<'a> Engine<'a> {
             across_platforms: self.bodies.across_platforms(),
             checked_pairs: self.bodies.checked_pairs(),
             stock_near: self.stock_bodies.near(self.bodies.behind_table()),
-            unknown_plunges,
         };
         (self.stock, self.patches, facts)
     }
@@ -423,6 +366,44 @@ impl<'a> Engine<'a> {
             self.places.resize(index + 1, None);
         }
         self.places[index] = Some((block.file.clone(), block.line));
+    }
+
+    /// Follows the parts that have come off, and searches the stock for more of them.
+    fn search_loose_parts(
+        &mut self,
+        (chunk, first_id): (&Chunk, u32),
+        states: &[CuttingState],
+        reports: &[SweepReport],
+    ) {
+        self.loose.watch(self.prepared, chunk, states, reports);
+        let settled =
+            chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. }));
+        if !self.ledger.is_cut_since_search() || !(settled || self.loose.is_due(&self.stock)) {
+            self.loose.moved(self.prepared, chunk);
+        } else {
+            self.ledger.note_search();
+            let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
+            self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), states, last));
+            self.between.parts_are_gone(&self.loose.gone_bounds());
+            if self.loose.has_taken()
+                && let Some(cuts) = &mut self.cuts
+            {
+                cuts.stock_was_changed();
+            }
+        }
+    }
+
+    /// Lets the loose parts do something, and reports the result.
+    fn follow_loose_parts(&mut self, what: impl FnOnce(&mut LooseParts, &mut Shop<'_>) -> Vec<detached_parts::Told>) {
+        let Some(last_piece) = (self.block_of_piece.len() as u32).checked_sub(1) else { return };
+        let (prepared, stock, patches) = (self.prepared, &mut self.stock, &mut self.patches[..]);
+        let told = what(&mut self.loose, &mut Shop { prepared, stock, patches, last_piece });
+        self.ledger.book_fallen(&self.stock);
+        for detached_parts::Told { mut finding, at } in told {
+            finding.block = at.piece.and_then(|id| self.block_of_piece.get(id as usize).copied());
+            (finding.time_s, finding.axes) = (Some(at.time), check::axes(&prepared.machine, &at.joints));
+            self.log.push(finding);
+        }
     }
 
     /// Notes when the pieces ended; gives the history up when it has grown too large.
@@ -463,10 +444,7 @@ impl<'a> Engine<'a> {
     fn finish_block(&mut self, block: &BlockRecord) -> Option<BlockRow> {
         let sum = self.block_sums.take(block.index);
         let BlockKind::Move(kind) = block.kind else { return None };
-        let tap = sum.tool.and_then(|t| self.prepared.tools.tools.get(t));
-        if let Some(finding) = tap.and_then(|tap| tap_pitch::finding(tap, block, sum.cut_rpm)) {
-            self.log.push(finding);
-        }
+        self.checks.block(&BlockEnd { prepared: self.prepared, block, sum: &sum }, &mut self.log);
         self.tool_uses.book_block(sum.tool, block, kind, sum.volume);
         Some(BlockRow {
             block: block.index,
@@ -491,7 +469,7 @@ fn signals(
     chunk: &Chunk,
     states: &[CuttingState],
     volumes: &[f64],
-    clearances: &[Option<f64>],
+    hits: &[Checked],
     last: &mut (f64, SampleSignals),
 ) -> Vec<SampleSignals> {
     let of_piece = |at: usize| {
@@ -499,7 +477,7 @@ fn signals(
         let duration = piece.time[1] - piece.time[0];
         SampleSignals {
             removal_rate: if duration > 0.0 { volumes[at] / duration } else { 0.0 },
-            clearance: clearances[at],
+            clearance: hits[at].clearance,
             tool: states[at].tool.map(|t| t as u32),
         }
     };

@@ -1,4 +1,5 @@
-//! What a tool sweeps through the stock: its bodies along each piece of motion, and the state of the spindle then.
+//! What a tool sweeps through the stock: its bodies along each piece of motion, and the state of the spindle
+//! then.
 
 use proveout_controller::{Chunk, Event, MoveKind, Piece};
 use proveout_nc::SpindleDirection;
@@ -7,9 +8,7 @@ use proveout_tool::{Profile, Role, Tool};
 
 use crate::{
     checks::descent,
-    verdict::finding::{
-        Code, HOLDER_IN_STOCK, NEAR_MISS, NECK_RUBS, RAPID_IN_MATERIAL, SHANK_RUBS, SPINDLE_OFF, SPINDLE_WRONG_WAY,
-    },
+    verdict::finding::{Code, RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY},
 };
 
 /// Spindle and tool while a piece is cut.
@@ -256,29 +255,4 @@ pub(crate) fn role_of(what: Swept) -> Option<Role> {
 /// How deep a sweep was in material, mm: measured where it is, else the longest overlap.
 pub(crate) fn depth(report: &SweepReport) -> f64 {
     report.depth_mm.unwrap_or(report.overlap_mm)
-}
-
-/// The code of what a sweep found; none when all is in order. `contact` is the depth below which a body only
-/// touches (mm).
-pub(crate) fn judge_sweep(
-    part: &SweepPart,
-    kind: MoveKind,
-    state: &CuttingState,
-    tool: &Tool,
-    report: &SweepReport,
-    contact: f64,
-) -> Option<Code> {
-    if depth(report) <= contact {
-        return None;
-    }
-    match part.what {
-        Swept::Core => None,
-        // Nothing has cut its way in.
-        Swept::Entry => Some(RAPID_IN_MATERIAL),
-        Swept::Zone => Some(NEAR_MISS),
-        Swept::Body(Role::Neck) => Some(NECK_RUBS),
-        Swept::Body(Role::Shank) => Some(SHANK_RUBS),
-        Swept::Body(Role::Holder) => Some(HOLDER_IN_STOCK),
-        Swept::Body(Role::Cutting) => fault(kind, state, tool),
-    }
 }
