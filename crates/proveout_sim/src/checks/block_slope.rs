@@ -3,7 +3,7 @@
 use proveout_controller::{BlockKind, BlockRecord, Chunk};
 use proveout_geom::ToolPose;
 
-use crate::checks::plunge::way_down;
+use crate::checks::descent::way_down;
 
 /// Tool axes at both ends of a block nearer than this (sine of their angle) are the same.
 const UPRIGHT: f64 = 1e-9;

@@ -5,7 +5,7 @@ use proveout_nc::SpindleDirection;
 use proveout_stock::Contact;
 use proveout_tool::Tool;
 
-use crate::checks::spindle_and_holder::CuttingState;
+use crate::cut::tool_sweeps::CuttingState;
 
 /// How the cutter was engaged, judged on the stock as it stood at that moment: extremes over the pieces of a
 /// block.

@@ -1,21 +1,48 @@
-//! Limits of the legs of a platform. The control plans heave and tilt and knows nothing of these
-//! limits, so they are checked on the set points at every control sample.
+//! Limits of the legs of a platform are passed ([`finding::OVERTRAVEL`], [`finding::PLANNED_MOTION`], gate
+//! `limits`).
+//!
+//! The control plans heave and tilt and knows nothing of these limits, so they are checked on the set points
+//! at every control sample.
 
 use std::collections::BTreeMap;
 
 use proveout_controller::Sample;
 use proveout_machine::{LimitKind, LimitViolation, Limited, Machine, MotionState};
 
-use crate::verdict::{
-    finding::{self, Finding},
-    log::FindingLog,
+use crate::{
+    checks::check::{Check, RunEnd, StretchView},
+    verdict::{
+        finding::{self, Finding},
+        gate::Gate,
+        log::FindingLog,
+    },
 };
 
 /// Part by which rates may pass their limits: as those of the joints.
 const RATE_TOLERANCE: f64 = 1e-3;
 
+/// See the module.
+#[derive(Debug)]
+pub(crate) struct LegLimits;
+
+impl Check for LegLimits {
+    fn stretch(&mut self, view: &StretchView<'_>, log: &mut FindingLog) {
+        for (mut f, at) in breaches(&view.prepared.machine, &view.chunk.samples) {
+            (f.block, f.time_s, f.axes) = (Some(at.block), Some(at.time), view.axes(&at.commanded));
+            log.push(f);
+        }
+    }
+
+    /// Limits that are not stated were not checked.
+    fn finish(&mut self, end: &RunEnd<'_>, log: &mut FindingLog) {
+        for words in missing(&end.prepared.machine) {
+            log.leave_out(Gate::Limits, words);
+        }
+    }
+}
+
 /// The worst breach of each limit of each leg in each block, in the order of the blocks.
-pub(crate) fn breaches(machine: &Machine, samples: &[Sample]) -> Vec<(Finding, Sample)> {
+fn breaches(machine: &Machine, samples: &[Sample]) -> Vec<(Finding, Sample)> {
     if machine.platforms.is_empty() {
         return Vec::new();
     }
@@ -66,7 +93,7 @@ fn finding_of(found: &LimitViolation) -> Finding {
 }
 
 /// Limits of legs that are not stated, for the gate.
-pub(crate) fn missing(machine: &Machine) -> Vec<String> {
+fn missing(machine: &Machine) -> Vec<String> {
     let legs = machine.platforms.iter().flat_map(|p| &p.legs);
     let of_leg = |leg: &proveout_machine::Leg| {
         let stated = [

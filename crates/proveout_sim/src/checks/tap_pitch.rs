@@ -1,4 +1,4 @@
-//! Whether a tap goes forward by its pitch in a revolution.
+//! A tap does not go forward by its pitch in a revolution ([`TAP_PITCH`], gate `process`).
 //!
 //! A tap pulls itself into its thread: where the feed leads it by another way, its flanks cut the thread
 //! away, or it breaks. What it goes forward in a revolution is the feed of the block over the speed of the
@@ -9,10 +9,14 @@
 use proveout_controller::BlockRecord;
 use proveout_tool::{Tool, ToolLibrary};
 
-use crate::verdict::{
-    finding::{Finding, TAP_PITCH},
-    log::FindingLog,
-    verdict_file::ToolUse,
+use crate::{
+    checks::check::{BlockEnd, Check, RunEnd},
+    verdict::{
+        finding::{Finding, TAP_PITCH},
+        gate::Gate,
+        log::FindingLog,
+        verdict_file::ToolUse,
+    },
 };
 
 /// Largest difference from the pitch, as a part of it, of a path that is coupled to the spindle.
@@ -20,8 +24,27 @@ const COUPLED: f64 = 0.01;
 /// The same of a feed in time.
 const IN_TIME: f64 = 0.1;
 
+/// See the module.
+#[derive(Debug)]
+pub(crate) struct TapPitch;
+
+impl Check for TapPitch {
+    fn block(&mut self, end: &BlockEnd<'_>, log: &mut FindingLog) {
+        let tool = end.sum.tool.and_then(|t| end.prepared.tools.tools.get(t));
+        if let Some(finding) = tool.and_then(|tool| finding(tool, end.block, end.sum.cut_rpm)) {
+            log.push(finding);
+        }
+    }
+
+    fn finish(&mut self, end: &RunEnd<'_>, log: &mut FindingLog) {
+        for words in unknown(&end.prepared.tools, end.tools) {
+            log.leave_out(Gate::Process, words);
+        }
+    }
+}
+
 /// What is not checked of taps that have cut, since the library gives them no pitch.
-pub(crate) fn unknown(tools: &ToolLibrary, used: &[ToolUse]) -> Vec<String> {
+fn unknown(tools: &ToolLibrary, used: &[ToolUse]) -> Vec<String> {
     let bare = |tool: &&Tool| tool.is_tap && tool.thread.is_none();
     let has_cut = |tool: &&Tool| used.iter().any(|u| u.name == tool.name && u.volume_mm3 > 0.0);
     let words = |tool: &Tool| {
@@ -32,7 +55,7 @@ pub(crate) fn unknown(tools: &ToolLibrary, used: &[ToolUse]) -> Vec<String> {
 
 /// The finding of a block in which a tap has cut with the spindle at `speed_rpm`; none where its way fits its
 /// pitch, or it is no tap.
-pub(crate) fn finding(tool: &Tool, block: &BlockRecord, speed_rpm: f64) -> Option<Finding> {
+fn finding(tool: &Tool, block: &BlockRecord, speed_rpm: f64) -> Option<Finding> {
     let pitch = tool.thread?.pitch;
     if speed_rpm <= 0.0 || block.feed <= 0.0 {
         return None;

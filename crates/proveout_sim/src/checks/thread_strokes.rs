@@ -73,11 +73,47 @@ pub(crate) fn is_thread(strokes: &Strokes, made_by: Option<u32>, way: [&Point; 2
     made_by.and_then(|piece| strokes.get(&piece)).is_some_and(|stroke| stroke.holds(way, margin))
 }
 
+/// What taps and thread mills of a run have done.
+#[derive(Debug)]
+pub(crate) struct ThreadCuts {
+    /// Whether each tool of the library cuts as the cylinder round it.
+    is_envelope: Vec<bool>,
+    /// Tools that cut as the cylinder round them, by the block that they cut in.
+    pub(crate) envelopes: BTreeMap<u32, usize>,
+    /// Motions of taps along their axis.
+    pub(crate) strokes: Strokes,
+}
+
+impl ThreadCuts {
+    pub(crate) fn new(tools: &ToolLibrary) -> Self {
+        let is_envelope = (0..tools.tools.len()).map(|t| is_envelope(tools, t)).collect();
+        Self { is_envelope, envelopes: BTreeMap::new(), strokes: Strokes::new() }
+    }
+
+    /// Takes a piece of motion by its number and block, in the workpiece frame.
+    pub(crate) fn add(
+        &mut self,
+        [id, block]: [u32; 2],
+        tools: &ToolLibrary,
+        tool: Option<usize>,
+        motion: &SweepMotion,
+    ) {
+        let Some(index) = tool else { return };
+        if self.is_envelope.get(index) == Some(&true) {
+            self.envelopes.insert(block, index);
+        }
+        let thread = tools.tools.get(index).and_then(|tool| tool.thread);
+        if let Some(stroke) = thread.and_then(|thread| Stroke::of(motion, thread, index)) {
+            self.strokes.insert(id, stroke);
+        }
+    }
+}
+
 /// What a tool is that has a cylinder in place of its teeth.
 pub(crate) const ENVELOPE: &str = "a cylinder of its diameter is its envelope";
 
 /// Whether a tool cuts as the cylinder round it: a tap, a thread mill.
-pub(crate) fn is_envelope(tools: &ToolLibrary, index: usize) -> bool {
+fn is_envelope(tools: &ToolLibrary, index: usize) -> bool {
     if tools.tools.get(index).is_some_and(|tool| tool.is_tap && tool.thread.is_none()) {
         return true;
     }

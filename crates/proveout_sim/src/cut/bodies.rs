@@ -10,8 +10,7 @@ use proveout_stock::TriDexel;
 use proveout_tool::Role;
 
 use crate::{
-    checks::spindle_and_holder::CuttingState,
-    cut::{body_facts::Told, stock_bodies::StockBodies},
+    cut::{body_facts::Told, stock_bodies::StockBodies, tool_sweeps::CuttingState},
     observe::block_rows::ClearanceProof,
     prepare::prepared::Prepared,
     verdict::{

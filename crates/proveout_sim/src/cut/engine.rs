@@ -1,8 +1,6 @@
 //! One stretch of motion through stock and bodies.
 
-mod judging;
 mod ledger;
-mod wording;
 
 use ledger::Ledger;
 
@@ -10,32 +8,30 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, MoveKind};
 use proveout_geom::Pose;
-use proveout_stock::{Depths, Patch, SweepMotion, TileId, TriDexel};
-use proveout_tool::Tool;
+use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
+use proveout_tool::Role;
 
 use crate::{
     checks::{
-        block_slope::BlockEnds,
-        engagement::Engagement,
-        leg_limits,
-        plunge::PlungeWatch,
-        spindle_and_holder::{Barring, Cutters, CuttingState, Sweeps, states_of_pieces},
-        tap_pitch,
-        thread_strokes::{Stroke, Strokes, is_envelope},
+        CheckList,
+        check::{self, BlockEnd, RunEnd, StretchView},
+        thread_strokes::{Strokes, ThreadCuts},
     },
     cut::{
-        bodies::BodyCheck,
+        block_sums::BlockSums,
+        bodies::{BodyCheck, Checked},
         body_facts::{StockNear, Told},
         cut_source::Cuts,
         cutting::Cutting,
-        detached_parts::LooseParts,
+        detached_parts::{self, LooseParts, Shop},
         kept_motion::{KeptMotion, KeptPiece},
         stages::{Checks, Stages, timed},
         stock_bodies::StockBodies,
         texture_motion::{Recorder, Tracks},
-        tool_between_rays::{BetweenFacts, BetweenWatch},
+        tool_between_rays::BetweenWatch,
+        tool_sweeps::{Barring, Cutters, CuttingState, SweepPart, Sweeps, Swept},
+        tool_uses::ToolUses,
     },
-    evidence::inputs::FlatMesh,
     observe::block_rows::{BlockRow, ClearanceProof, LooseMotion, SampleSignals},
     prepare::{
         error::SimError,
@@ -103,33 +99,10 @@ pub(crate) struct Facts {
     pub(crate) checked_pairs: usize,
     /// Bodies that are followed against the stock, and those that are not.
     pub(crate) stock_near: StockNear,
-    /// What lies between the rays.
-    pub(crate) between: BetweenFacts,
-    /// Plunges and ramps into material of which it is not stated whether the tool may make them, by
-    /// tool.
-    pub(crate) unknown_plunges: Vec<String>,
     /// All motion, where the surface that it swept is asked for.
     pub(crate) motion: Option<KeptMotion>,
     /// Motion near the places of `[surface]`, where the scene has them.
     pub(crate) tracks: Option<Tracks>,
-}
-
-/// The steepest way down into material of a tool that may not be allowed, and where.
-#[derive(Clone, Copy, Debug)]
-struct UnknownPlunge {
-    angle: f64,
-    block: u32,
-}
-
-/// Sums over the pieces of a block.
-#[derive(Clone, Copy, Debug, Default)]
-struct BlockSum {
-    volume: f64,
-    overlap: f64,
-    engagement: Option<Engagement>,
-    tool: Option<usize>,
-    /// Speed of the spindle at its last cut, 1/min.
-    cut_rpm: f64,
 }
 
 pub(crate) struct Engine<'a> {
@@ -146,36 +119,18 @@ pub(crate) struct Engine<'a> {
     barring: Barring,
     cutters: Cutters,
     between: BetweenWatch,
-    plunge: PlungeWatch,
-    block_ends: BlockEnds,
-    unknown_plunges: BTreeMap<usize, UnknownPlunge>,
+    checks: CheckList,
     log: FindingLog,
-    /// Findings about mesh files, reported before all others.
-    of_meshes: Vec<Finding>,
-    /// Breach of the bodies, and the finding that reports it.
-    breaches: Vec<(usize, usize)>,
-    /// The same for a body and the stock.
-    stock_breaches: Vec<(usize, usize)>,
-    state: CuttingState,
-    uses: BTreeMap<usize, (usize, ToolUse)>,
-    in_spindle_since: f64,
-    sums: BTreeMap<u32, BlockSum>,
+    tool_uses: ToolUses,
+    block_sums: BlockSums,
     block_of_piece: Vec<u32>,
-    envelopes: BTreeMap<u32, usize>,
-    strokes: Strokes,
-    /// Whether each tool cuts as the cylinder round it.
-    is_envelope: Vec<bool>,
+    threads: ThreadCuts,
     motion: Option<KeptMotion>,
     recorder: Option<Recorder<'a>>,
     places: Vec<Option<(Arc<str>, u32)>>,
     ledger: Ledger,
-    /// Volume that cuts have reported, mm³: it grows with each of them.
-    reported: f64,
     loose: LooseParts,
-    /// The same when the parts were looked at last.
-    looked_at: f64,
     time: f64,
-    ended: bool,
     /// End of the last piece, and its signals.
     last_signals: (f64, SampleSignals),
 }
@@ -187,43 +142,31 @@ impl<'a> Engine<'a> {
         patches: Vec<Patch>,
         cuts: Option<Cuts>,
     ) -> Result<Self, SimError> {
-        let (bodies, stock_bodies) = BodyCheck::new(prepared, &stock)?;
+        let (bodies, mut stock_bodies) = BodyCheck::new(prepared, &stock)?;
         Ok(Self {
             prepared,
             work_from_table: prepared.table_from_work.inverse(),
             ledger: Ledger::new(&stock, prepared.stock.own_volume()),
             loose: LooseParts::new(&stock),
-            looked_at: 0.0,
             depths: Depths::new(prepared.scene.file.tolerances.contact_mm),
             cuts,
             barring: Barring::default(),
             cutters: Cutters::new(&prepared.tools.tools, &prepared.holder_zones, stock.cell_mm()),
             between: BetweenWatch::new(prepared.stock.between().clone()),
-            plunge: PlungeWatch::default(),
-            block_ends: BlockEnds::default(),
-            unknown_plunges: BTreeMap::new(),
+            checks: CheckList::new(stock_bodies.take_at_rest()),
             bodies,
             stock_bodies,
             stock,
             patches,
             log: FindingLog::default(),
-            of_meshes: prepared.flat_meshes.iter().map(FlatMesh::finding).collect(),
-            breaches: Vec::new(),
-            stock_breaches: Vec::new(),
-            state: CuttingState::IDLE,
-            uses: BTreeMap::new(),
-            in_spindle_since: 0.0,
-            sums: BTreeMap::new(),
+            tool_uses: ToolUses::new(),
+            block_sums: BlockSums::default(),
             block_of_piece: Vec::new(),
-            envelopes: BTreeMap::new(),
-            strokes: Strokes::new(),
-            is_envelope: (0..prepared.tools.tools.len()).map(|t| is_envelope(&prepared.tools, t)).collect(),
+            threads: ThreadCuts::new(&prepared.tools),
             motion: prepared.keeps_motion().then(KeptMotion::default),
             recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
             places: Vec::new(),
-            reported: 0.0,
             time: 0.0,
-            ended: false,
             last_signals: (f64::NEG_INFINITY, SampleSignals::default()),
         })
     }
@@ -250,17 +193,13 @@ impl<'a> Engine<'a> {
         self.block_of_piece.len() as u64
     }
 
-    fn tool(&self, index: Option<usize>) -> Option<&'a Tool> {
-        index.and_then(|i| self.prepared.tools.tools.get(i))
-    }
-
     /// Cuts and checks a stretch; its parts are in order of time.
     pub(crate) fn step(&mut self, chunk: &Chunk, stages: &mut Stages) -> Stretch {
         let known = self.log.len();
         for block in &chunk.blocks {
             self.place(block);
         }
-        let states = self.states_of_pieces(chunk);
+        let states = self.tool_uses.states_of_pieces(self.prepared, chunk);
         if let Some(recorder) = &mut self.recorder {
             recorder.take(chunk, &states);
         }
@@ -270,25 +209,19 @@ impl<'a> Engine<'a> {
         for (i, (piece, state)) in chunk.pieces.iter().zip(&states).enumerate() {
             let id = first_id + i as u32;
             self.block_of_piece.push(piece.block);
-            if let Some(tool) = state.tool.filter(|t| self.is_envelope.get(*t) == Some(&true)) {
-                self.envelopes.insert(piece.block, tool);
-            }
             let [from, to] = piece.pose.map(|p| p.transformed(&self.work_from_table));
-            let tap = state.tool.and_then(|t| Some((t, self.tool(Some(t))?.thread?)));
-            if let Some(stroke) = tap.and_then(|(t, thread)| Stroke::of(&SweepMotion { from, to }, thread, t)) {
-                self.strokes.insert(id, stroke);
-            }
-            if let Some(motion) = &mut self.motion {
-                motion.push(KeptPiece {
+            let motion = SweepMotion { from, to };
+            self.threads.add([id, piece.block], &self.prepared.tools, state.tool, &motion);
+            if let Some(kept) = &mut self.motion {
+                kept.push(KeptPiece {
                     time: piece.time,
-                    motion: SweepMotion { from, to },
+                    motion,
                     tool: state.tool.map_or(u32::MAX, |t| t as u32),
                     feed: piece.kind == MoveKind::Feed,
                     deviation: piece.edge_deviation as f32,
                 });
             }
-            let tools = &self.prepared.tools.tools;
-            if let Some(cut) = self.barring.cut(id, piece, state, tools, SweepMotion { from, to }) {
+            if let Some(cut) = self.barring.cut(id, piece, state, &self.prepared.tools.tools, motion) {
                 self.cutters.add(&mut sweeps, i, &cut);
             }
         }
@@ -307,45 +240,29 @@ impl<'a> Engine<'a> {
         let parts = sweeps.parts;
 
         self.keep_history(chunk, first_id);
-        self.tell_at_rest();
-        let volumes = self.judge_reports(chunk, &states, &parts, (&cut.reports, &between));
-        let clearances: Vec<Option<f64>> = hits.iter().map(|h| h.clearance).collect();
-        for (piece, checked) in chunk.pieces.iter().zip(hits) {
-            for hit in checked.hits {
-                self.judge_hit(piece, &hit);
-            }
-        }
-        for (piece, breach) in cut.breaches {
-            self.judge_stock_breach(&chunk.pieces[piece], breach);
-        }
-        self.judge_events(chunk);
-        for (mut f, at) in leg_limits::breaches(&self.prepared.machine, &chunk.samples) {
-            (f.block, f.time_s, f.axes) = (Some(at.block), Some(at.time), self.axes(&at.commanded));
-            self.log.push(f);
-        }
-        self.loose.watch(self.prepared, chunk, &states, &cut.reports);
-        let settled =
-            chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. }));
-        if self.reported == self.looked_at || !(settled || self.loose.is_due(&self.stock)) {
-            self.loose.moved(self.prepared, chunk);
-        } else {
-            self.looked_at = self.reported;
-            let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
-            self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), &states, last));
-            self.between.parts_are_gone(&self.loose.gone_bounds());
-            if self.loose.has_taken()
-                && let Some(cuts) = &mut self.cuts
-            {
-                cuts.stock_was_changed();
-            }
-        }
-        self.block_ends.keep(chunk);
+        let volumes = self.book_cuts(chunk, &states, &parts, &cut.reports);
+        let view = StretchView {
+            prepared: self.prepared,
+            work_from_table: &self.work_from_table,
+            chunk,
+            states: &states,
+            first_id,
+            cutters: &self.cutters,
+            parts: &parts,
+            reports: &cut.reports,
+            between_rays: &between,
+            hits: &hits,
+            stock_breaches: &cut.breaches,
+            stock_bodies: &self.stock_bodies,
+        };
+        self.checks.stretch(&view, &mut self.log);
+        self.search_loose_parts((chunk, first_id), &states, &cut.reports);
         let blocks = chunk.blocks.iter().filter_map(|b| self.finish_block(b)).collect();
         self.time = chunk.samples.last().map_or(self.time, |s| s.time.max(self.time));
         self.time = chunk.pieces.last().map_or(self.time, |p| p.time[1].max(self.time));
         self.time = chunk.blocks.last().map_or(self.time, |b| b.end_time.max(self.time));
         Stretch {
-            signals: signals(chunk, &states, &volumes, &clearances, &mut self.last_signals),
+            signals: signals(chunk, &states, &volumes, &hits, &mut self.last_signals),
             blocks,
             findings: log::placed(self.log.all()[known..].to_vec(), &self.places),
             changed_tiles: self.stock.take_changed_tiles(),
@@ -393,37 +310,28 @@ impl<'a> Engine<'a> {
 
     /// Closes the run.
     pub(crate) fn finish(mut self) -> (TriDexel, Vec<Patch>, Facts) {
-        self.tool_out(self.time);
+        let tools = self.tool_uses.finish(self.time);
         self.follow_loose_parts(LooseParts::finish);
-        self.tell_at_rest();
-        for (breach, finding) in std::mem::take(&mut self.stock_breaches) {
-            if let Some(b) = self.stock_bodies.breach(breach) {
-                self.log.deepen(finding, b.penetration_estimate, b.least_distance);
-            }
-        }
-        for (breach, finding) in std::mem::take(&mut self.breaches) {
-            if let Some((penetration, distance)) = self.bodies.worst(breach) {
-                self.log.deepen(finding, penetration, distance);
-            }
-        }
-        let mut uses: Vec<(usize, ToolUse)> = self.uses.into_values().collect();
-        uses.sort_by_key(|(order, _)| *order);
-        let tools: Vec<ToolUse> = uses.into_iter().map(|(_, u)| u).collect();
         let library = &self.prepared.tools.tools;
         let tools_without_holder = tools
             .iter()
             .filter(|u| library.iter().any(|t| t.name == u.name && !t.has_holder))
             .map(|u| u.name.clone())
             .collect();
-        let unknown_plunges =
-            self.unknown_plunges.iter().map(|(t, p)| wording::unknown_plunge(&library[*t], p, &self.places)).collect();
+        let end = RunEnd {
+            prepared: self.prepared,
+            tools: &tools,
+            places: &self.places,
+            bodies: &self.bodies,
+            stock_bodies: &self.stock_bodies,
+            between: &self.between.facts(library, &self.places),
+        };
+        self.checks.finish(&end, &mut self.log);
         let (clearance, proof) = self.bodies.clearance(&self.stock_bodies);
         let (bodies, looks) = self.bodies.effort();
         let (stock_queries, stock_motions) = self.stock_bodies.effort();
         let effort = Checks { bodies, looks, stock_motions, stock_queries };
-        let between = self.between.facts(library, &self.places);
         let facts = Facts {
-            between,
             log: self.log.placed(&self.places).without_near_misses_of_hits(),
             tools,
             tools_without_holder,
@@ -435,10 +343,10 @@ impl<'a> Engine<'a> {
             loose_known: self.loose.checked(),
             fallen: self.ledger.fallen(),
             pieces: self.block_of_piece.len() as u64,
-            ended: self.ended,
+            ended: self.tool_uses.has_ended(),
             block_of_piece: self.block_of_piece,
-            envelopes: self.envelopes,
-            strokes: self.strokes,
+            envelopes: self.threads.envelopes,
+            strokes: self.threads.strokes,
             motion: self.motion,
             tracks: self.recorder.map(Recorder::finish),
             places: self.places,
@@ -448,7 +356,6 @@ impl<'a> Engine<'a> {
             across_platforms: self.bodies.across_platforms(),
             checked_pairs: self.bodies.checked_pairs(),
             stock_near: self.stock_bodies.near(self.bodies.behind_table()),
-            unknown_plunges,
         };
         (self.stock, self.patches, facts)
     }
@@ -461,41 +368,42 @@ impl<'a> Engine<'a> {
         self.places[index] = Some((block.file.clone(), block.line));
     }
 
-    /// Tool and spindle at each piece.
-    fn states_of_pieces(&mut self, chunk: &Chunk) -> Vec<CuttingState> {
-        let mut state = self.state;
-        let states = states_of_pieces(chunk, &mut state, |event| self.apply(event));
-        debug_assert_eq!(state, self.state);
-        states
-    }
-
-    fn apply(&mut self, event: &Event) {
-        match *event {
-            Event::ToolChange { time, tool, .. } => {
-                self.tool_out(time);
-                if let Some(t) = self.tool(tool) {
-                    let order = self.uses.len();
-                    let least = self.prepared.least_overhang_mm.get(&t.name).copied();
-                    let fresh = || {
-                        let name = t.name.clone();
-                        (order, ToolUse { number: t.number, name, min_overhang_mm: least, ..ToolUse::default() })
-                    };
-                    self.uses.entry(tool.unwrap_or_default()).or_insert_with(fresh);
-                }
+    /// Follows the parts that have come off, and searches the stock for more of them.
+    fn search_loose_parts(
+        &mut self,
+        (chunk, first_id): (&Chunk, u32),
+        states: &[CuttingState],
+        reports: &[SweepReport],
+    ) {
+        self.loose.watch(self.prepared, chunk, states, reports);
+        let settled =
+            chunk.events.iter().any(|e| matches!(e, Event::ToolChange { .. } | Event::Stop { .. } | Event::End { .. }));
+        if !self.ledger.is_cut_since_search() || !(settled || self.loose.is_due(&self.stock)) {
+            self.loose.moved(self.prepared, chunk);
+        } else {
+            self.ledger.note_search();
+            let last = chunk.events.iter().any(|e| matches!(e, Event::End { .. } | Event::Ended { .. }));
+            self.follow_loose_parts(|loose, shop| loose.look(shop, (chunk, first_id), states, last));
+            self.between.parts_are_gone(&self.loose.gone_bounds());
+            if self.loose.has_taken()
+                && let Some(cuts) = &mut self.cuts
+            {
+                cuts.stock_was_changed();
             }
-            // A program that the control ends has its finding.
-            Event::End { .. } | Event::Ended { .. } => self.ended = true,
-            _ => {}
         }
-        self.state.apply(event);
     }
 
-    /// Books the time of the tool in the spindle until now.
-    fn tool_out(&mut self, now: f64) {
-        if let Some((_, used)) = self.state.tool.and_then(|t| self.uses.get_mut(&t)) {
-            used.time_s += now - self.in_spindle_since;
+    /// Lets the loose parts do something, and reports the result.
+    fn follow_loose_parts(&mut self, what: impl FnOnce(&mut LooseParts, &mut Shop<'_>) -> Vec<detached_parts::Told>) {
+        let Some(last_piece) = (self.block_of_piece.len() as u32).checked_sub(1) else { return };
+        let (prepared, stock, patches) = (self.prepared, &mut self.stock, &mut self.patches[..]);
+        let told = what(&mut self.loose, &mut Shop { prepared, stock, patches, last_piece });
+        self.ledger.book_fallen(&self.stock);
+        for detached_parts::Told { mut finding, at } in told {
+            finding.block = at.piece.and_then(|id| self.block_of_piece.get(id as usize).copied());
+            (finding.time_s, finding.axes) = (Some(at.time), check::axes(&prepared.machine, &at.joints));
+            self.log.push(finding);
         }
-        self.in_spindle_since = now;
     }
 
     /// Notes when the pieces ended; gives the history up when it has grown too large.
@@ -517,20 +425,27 @@ impl<'a> Engine<'a> {
         }
     }
 
+    /// Books what the cuts of a stretch took; gives the removed volume of every piece, mm³.
+    fn book_cuts(
+        &mut self,
+        chunk: &Chunk,
+        states: &[CuttingState],
+        parts: &[SweepPart],
+        reports: &[SweepReport],
+    ) -> Vec<f64> {
+        let cuts = |part: &SweepPart| part.what == Swept::Body(Role::Cutting);
+        let reported: f64 = parts.iter().zip(reports).filter(|(part, _)| cuts(part)).map(|(_, r)| r.volume_mm3).sum();
+        let share = self.ledger.book_cuts(&self.stock, reported);
+        let contact = self.prepared.scene.file.tolerances.contact_mm;
+        let tools = &self.prepared.tools.tools;
+        self.block_sums.add((chunk, states), tools, (parts, reports), [share, contact])
+    }
+
     fn finish_block(&mut self, block: &BlockRecord) -> Option<BlockRow> {
-        let sum = self.sums.remove(&block.index).unwrap_or_default();
+        let sum = self.block_sums.take(block.index);
         let BlockKind::Move(kind) = block.kind else { return None };
-        let tap = sum.tool.and_then(|t| self.prepared.tools.tools.get(t));
-        if let Some(finding) = tap.and_then(|tap| tap_pitch::finding(tap, block, sum.cut_rpm)) {
-            self.log.push(finding);
-        }
-        if let Some((_, used)) = sum.tool.and_then(|t| self.uses.get_mut(&t)) {
-            used.volume_mm3 += sum.volume;
-            if kind == MoveKind::Feed {
-                used.cut_time_s += block.end_time - block.start_time;
-                used.length_mm += block.length;
-            }
-        }
+        self.checks.block(&BlockEnd { prepared: self.prepared, block, sum: &sum }, &mut self.log);
+        self.tool_uses.book_block(sum.tool, block, kind, sum.volume);
         Some(BlockRow {
             block: block.index,
             file: block.file.clone(),
@@ -554,7 +469,7 @@ fn signals(
     chunk: &Chunk,
     states: &[CuttingState],
     volumes: &[f64],
-    clearances: &[Option<f64>],
+    hits: &[Checked],
     last: &mut (f64, SampleSignals),
 ) -> Vec<SampleSignals> {
     let of_piece = |at: usize| {
@@ -562,7 +477,7 @@ fn signals(
         let duration = piece.time[1] - piece.time[0];
         SampleSignals {
             removal_rate: if duration > 0.0 { volumes[at] / duration } else { 0.0 },
-            clearance: clearances[at],
+            clearance: hits[at].clearance,
             tool: states[at].tool.map(|t| t as u32),
         }
     };

@@ -3,6 +3,7 @@
 //!
 //! | file | what it does |
 //! |---|---|
+//! | `block_sums.rs` | what a block removes, and how its cutter is engaged |
 //! | `bodies.rs` | machine bodies against each other along the motion |
 //! | `body_facts.rs` | what the checks of bodies report to the gates |
 //! | `cut_source.rs` | cuts that are replayed from a journal or from shards |
@@ -18,7 +19,10 @@
 //! | `stock_bodies.rs` | machine bodies against the stock while it is cut |
 //! | `texture_motion.rs` | the motion near the places of `[surface]` |
 //! | `tool_between_rays.rs` | contact of the tool with stock between the rays |
+//! | `tool_sweeps.rs` | what a tool sweeps through the stock, and the state of the spindle |
+//! | `tool_uses.rs` | which tool is in the spindle, and what each tool did |
 
+pub(crate) mod block_sums;
 pub(crate) mod bodies;
 pub(crate) mod body_facts;
 pub(crate) mod cut_source;
@@ -34,3 +38,5 @@ pub(crate) mod stages;
 pub(crate) mod stock_bodies;
 pub(crate) mod texture_motion;
 pub(crate) mod tool_between_rays;
+pub(crate) mod tool_sweeps;
+pub(crate) mod tool_uses;

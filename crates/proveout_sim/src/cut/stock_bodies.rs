@@ -21,8 +21,7 @@ use proveout_geom::TriMesh;
 use proveout_stock::{SolidOverlap, SweepReport, TriDexel};
 
 use crate::{
-    checks::spindle_and_holder::Sweeps,
-    cut::{body_facts::StockNear, cut_source::Cuts, cutting::Cutting, stages::timed},
+    cut::{body_facts::StockNear, cut_source::Cuts, cutting::Cutting, stages::timed, tool_sweeps::Sweeps},
     prepare::prepared::Prepared,
     verdict::verdict_file::PairClearance,
 };

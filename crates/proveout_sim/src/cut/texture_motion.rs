@@ -30,7 +30,7 @@ use proveout_nc::SpindleDirection;
 use proveout_surface::topography::{CutterPiece, phase_zero};
 
 use crate::{
-    checks::spindle_and_holder::CuttingState,
+    cut::tool_sweeps::CuttingState,
     prepare::{
         prepared::Prepared,
         texture_plan::{Area, MOST_PIECES},

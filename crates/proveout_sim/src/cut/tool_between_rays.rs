@@ -16,10 +16,8 @@ use proveout_stock::{BetweenFound, BetweenRays, Measure, SweepItem, SweepReport}
 use proveout_tool::{Profile, Role, Tool};
 
 use crate::{
-    checks::{
-        plunge,
-        spindle_and_holder::{self, CuttingState, SweepPart, Sweeps, Swept},
-    },
+    checks::descent,
+    cut::tool_sweeps::{self, CuttingState, SweepPart, Sweeps, Swept},
     verdict::gate::Gate,
 };
 
@@ -102,7 +100,7 @@ impl BetweenWatch {
         let asks = |k: usize, report: &SweepReport| match sweeps.parts[k].what {
             Swept::Core => false,
             Swept::Body(Role::Cutting) if !barred(k) => false,
-            _ => spindle_and_holder::depth(report) <= contact,
+            _ => tool_sweeps::depth(report) <= contact,
         };
         let asked: Vec<usize> = (0..sweeps.items.len()).filter(|k| asks(*k, &reports[*k])).collect();
         let many: Vec<(&Profile, _)> = asked.iter().map(|k| (sweeps.items[*k].body, sweeps.items[*k].motion)).collect();
@@ -151,7 +149,7 @@ impl BetweenWatch {
                 }
                 continue;
             }
-            let mut meets = spindle_and_holder::depth(&reports[k]) > contact;
+            let mut meets = tool_sweeps::depth(&reports[k]) > contact;
             if doubtful[k] {
                 match self.decide(range, item, part.what, contact) {
                     BetweenFound::Clear => {}
@@ -206,11 +204,11 @@ impl BetweenWatch {
     /// true stock.
     fn look_at_core(&mut self, range: &Range<'_, '_>, item: &SweepItem<'_>, report: &mut SweepReport, cell: f64) {
         let radius = item.body.max_radius();
-        if plunge::is_seen(radius, cell) {
+        if descent::is_seen(radius, cell) {
             return;
         }
         let way = [item.motion.from, item.motion.to];
-        let (down, aside) = plunge::way_down(&way);
+        let (down, aside) = descent::way_down(&way);
         let parts = ((way[1].tip - way[0].tip).norm() / STEP).ceil().clamp(1.0, 400.0);
         let mut inside = 0.0;
         for k in 0..parts as usize {
@@ -221,7 +219,7 @@ impl BetweenWatch {
                 None => return self.leave_open(range, Swept::Core, tip.into(), cell),
             }
         }
-        report.volume_mm3 = plunge::volume(radius, aside, down * inside / parts);
+        report.volume_mm3 = descent::volume(radius, aside, down * inside / parts);
         report.rays = report.rays.max(u64::from(inside > 0.0));
         report.first_point = report.first_point.or((inside > 0.0).then_some(way[1].tip));
     }
@@ -233,7 +231,7 @@ impl BetweenWatch {
             let name = tools.get(*tool).map_or("a tool", |t| &t.name);
             let at = places.get(open.block as usize).and_then(Option::as_ref);
             let at = at.map_or_else(String::new, |(file, line)| format!(" ({file}:{line})"));
-            let part = spindle_and_holder::part_of_tool(open.what);
+            let part = tool_sweeps::part_of_tool(open.what);
             let [x, y, z] = open.point;
             let more = if open.more > 0 { format!(", and {} more places", open.more) } else { String::new() };
             let why = if self.store.is_raw_known() {

@@ -8,7 +8,6 @@ use proveout_machine::{Attachment, Machine};
 use proveout_stock::{Patch, TriDexel};
 
 use crate::{
-    checks::{leg_limits, tap_pitch},
     cut::{engine::Facts, kept_motion::Swept},
     judge::{
         gouge_findings::{films_in_words, judge_areas, tell_films, tell_threads, threads_in_words},
@@ -324,7 +323,7 @@ fn judge_gates(
         let no_travel = no_travel.map(|j| format!("{} has no travel", j.name));
         let mut checked = "travel, velocity, acceleration and jerk of every joint; spindle speed".to_owned();
         let mut left_out: Vec<String> =
-            left_out.chain(no_travel).chain(leg_limits::missing(&prepared.machine)).collect();
+            left_out.chain(no_travel).chain(log.left_out(Gate::Limits).iter().cloned()).collect();
         if !prepared.machine.platforms.is_empty() {
             checked += "; length, velocity, acceleration and jerk of every leg, at the control samples";
         }
@@ -353,9 +352,7 @@ fn judge_gates(
         left_out: {
             let motions = if probes == 1 { "motion" } else { "motions" };
             let probes = (probes > 0).then(|| format!("{probes} probing {motions}: the probe result is not known"));
-            let between = facts.between.left_out.get(&Gate::Process).into_iter().flatten();
-            let taps = tap_pitch::unknown(&prepared.tools, &facts.tools);
-            let unknown = probes.into_iter().chain(facts.unknown_plunges.iter().chain(between).cloned()).chain(taps);
+            let unknown = probes.into_iter().chain(log.left_out(Gate::Process).iter().cloned());
             unknown.chain(unstated::ideal(prepared)).collect()
         },
     };
@@ -367,7 +364,7 @@ fn judge_gates(
             facts.checked_pairs,
             facts.clearance.checks
         )),
-        left_out: holders.chain(facts.between.left_out.get(&Gate::Collision).into_iter().flatten().cloned()).collect(),
+        left_out: holders.chain(log.left_out(Gate::Collision).iter().cloned()).collect(),
     };
     if !facts.excluded_bodies.is_empty() {
         let names = facts.excluded_bodies.join(", ");
@@ -410,7 +407,7 @@ fn judge_gates(
         kept += &format!("; as the machine file requires, {}", facts.told.own_near_miss.join(", "));
     }
     let mut near = Coverage { checked: Some(kept), left_out: collision.left_out.clone() };
-    near.left_out.extend(facts.between.left_out.get(&Gate::NearMiss).into_iter().flatten().cloned());
+    near.left_out.extend_from_slice(log.left_out(Gate::NearMiss));
     let missing = missing_bodies(&prepared.machine, facts.checked_pairs);
     for coverage in [&mut collision, &mut near] {
         coverage.left_out.extend(missing.clone());
@@ -474,6 +471,9 @@ fn judge_gates(
     coverage[Gate::Gouge] = shape(Gate::Gouge, tolerances.gouge_mm);
     coverage[Gate::Excess] = shape(Gate::Excess, tolerances.excess_mm);
     coverage[Gate::Surface] = surface_coverage(prepared);
+    for gate in [Gate::Program, Gate::Gouge, Gate::Excess, Gate::Surface] {
+        coverage[gate].left_out.extend_from_slice(log.left_out(gate));
+    }
     if facts.pieces == 0 {
         for gate in [Gate::Limits, Gate::Process, Gate::Collision, Gate::NearMiss] {
             coverage[gate] = Coverage { checked: None, left_out: vec!["the program has no motion".into()] };

@@ -5,7 +5,10 @@ use std::{
     sync::Arc,
 };
 
-use crate::verdict::finding::{ASSUMED, Code, Family, Finding, NEAR_MISS, NOTE, Severity};
+use crate::verdict::{
+    finding::{ASSUMED, Code, Family, Finding, NEAR_MISS, NOTE, Severity},
+    gate::{Gate, PerGate},
+};
 
 /// A fault that goes on within this time (s) or in the next block is one finding with a count.
 const JOIN_S: f64 = 1.0;
@@ -18,6 +21,8 @@ pub struct FindingLog {
     open: BTreeMap<(String, Vec<String>), (usize, u32, f64)>,
     /// Near misses that are left out, since the bodies hit each other in the same line.
     near_misses_of_hits: u64,
+    /// What the checks did not decide, for the reasons of the gates.
+    left_out: PerGate<Vec<String>>,
 }
 
 impl FindingLog {
@@ -79,6 +84,16 @@ impl FindingLog {
         }
         self.findings.push(finding);
         self.findings.len() - 1
+    }
+
+    /// Says in words what a check did not decide: the gate is then unchecked, unless it fails.
+    pub fn leave_out(&mut self, gate: Gate, words: String) {
+        self.left_out[gate].push(words);
+    }
+
+    /// What the checks did not decide of a gate, in their order.
+    pub fn left_out(&self, gate: Gate) -> &[String] {
+        &self.left_out[gate]
     }
 
     /// Writes later figures into a finding: the deepest penetration, and the least clearance where it has
@@ -161,6 +176,18 @@ mod tests {
         let mut f = FindingLog::of(&HOLDER_IN_STOCK, "holder".into());
         (f.block, f.time_s, f.penetration_mm, f.bodies) = (Some(block), Some(time), Some(depth), vec!["holder".into()]);
         f
+    }
+
+    #[test]
+    fn words_that_are_left_out_keep_their_order_and_gate() {
+        let mut log = FindingLog::default();
+        log.leave_out(Gate::Process, "first".into());
+        log.leave_out(Gate::Limits, "legs".into());
+        log.leave_out(Gate::Process, "second".into());
+        let log = log.placed(&[]).without_near_misses_of_hits();
+        assert_eq!(log.left_out(Gate::Process), ["first", "second"]);
+        assert_eq!(log.left_out(Gate::Limits), ["legs"]);
+        assert!(log.left_out(Gate::Gouge).is_empty());
     }
 
     #[test]

@@ -10,7 +10,7 @@ use proveout_geom::{Aabb, box_mesh};
 use proveout_machine::Machine;
 
 use super::wording;
-use crate::{checks::spindle_and_holder::CuttingState, prepare::prepared::Prepared};
+use crate::{cut::tool_sweeps::CuttingState, prepare::prepared::Prepared};
 
 /// Boxes in which parts lie, among the bodies of the machine.
 pub(super) struct Lying {

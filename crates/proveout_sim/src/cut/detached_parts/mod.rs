@@ -49,7 +49,7 @@ use self::{
     lying::Lying,
 };
 use crate::{
-    checks::spindle_and_holder::CuttingState, observe::block_rows::LooseMotion, prepare::prepared::Prepared,
+    cut::tool_sweeps::CuttingState, observe::block_rows::LooseMotion, prepare::prepared::Prepared,
     units::KG_MM3_PER_KG_M3, verdict::finding::Finding,
 };
 

@@ -18,6 +18,10 @@ pub(crate) struct Ledger {
     fallen: f64,
     /// Taken by a stretch that reported nothing, or given back by one: the next stretch has it.
     open: f64,
+    /// What cuts have reported so far: it grows with each of them.
+    reported: f64,
+    /// The same when the stock was looked through for loose parts last.
+    searched_at: f64,
 }
 
 impl Ledger {
@@ -27,11 +31,21 @@ impl Ledger {
         let on_rays = volume.total();
         let scale = own.map_or(1.0, |own| own / on_rays);
         let scale = if scale.is_finite() && scale > 0.0 { scale } else { 1.0 };
-        Self { raw: scale * on_rays, volume, scale, removed: 0.0, fallen: 0.0, open: 0.0 }
+        Self {
+            raw: scale * on_rays,
+            volume,
+            scale,
+            removed: 0.0,
+            fallen: 0.0,
+            open: 0.0,
+            reported: 0.0,
+            searched_at: 0.0,
+        }
     }
 
     /// Books what the cuts of a stretch took; gives the factor from what they reported to what they took.
     pub(crate) fn book_cuts(&mut self, stock: &TriDexel, reported: f64) -> f64 {
+        self.reported += reported;
         self.open += self.scale * self.volume.follow(stock);
         if reported <= 0.0 || self.open <= 0.0 {
             return 0.0;
@@ -44,6 +58,16 @@ impl Ledger {
     /// Books what fell off since the last look.
     pub(crate) fn book_fallen(&mut self, stock: &TriDexel) {
         self.fallen += self.scale * self.volume.follow(stock);
+    }
+
+    /// Whether anything was cut since the last search for loose parts.
+    pub(crate) fn is_cut_since_search(&self) -> bool {
+        self.reported != self.searched_at
+    }
+
+    /// Takes note of a search for loose parts.
+    pub(crate) fn note_search(&mut self) {
+        self.searched_at = self.reported;
     }
 
     pub(crate) fn removed(&self) -> f64 {

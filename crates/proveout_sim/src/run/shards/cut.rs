@@ -17,10 +17,10 @@ use std::{
 use proveout_stock::{ShareLog, TriDexel};
 
 use crate::{
-    checks::spindle_and_holder::Sweeps,
     cut::{
         journal::motion,
         shard_records::{CUTS_MAGIC, HEAD, ShardError},
+        tool_sweeps::Sweeps,
     },
     prepare::{error::SimError, memory::MEMORY},
     run::shards::motion::{MOTION, MotionReader, raw_files, raw_patch},

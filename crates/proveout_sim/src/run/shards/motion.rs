@@ -28,8 +28,10 @@ use proveout_stock::{SweepMotion, TriDexel};
 use proveout_tool::{Profile, Role, Segment};
 
 use crate::{
-    checks::spindle_and_holder::{Barring, Cutters, CuttingState, PieceCut, Sweeps, ToolBodies, states_of_pieces},
-    cut::shard_records::{ShardError, record, u32_at, u64_at},
+    cut::{
+        shard_records::{ShardError, record, u32_at, u64_at},
+        tool_sweeps::{Barring, Cutters, CuttingState, PieceCut, Sweeps, ToolBodies, states_of_pieces},
+    },
     prepare::{
         error::{SimError, from_run_error},
         prepared::Prepared,

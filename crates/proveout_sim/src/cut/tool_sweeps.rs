@@ -1,5 +1,5 @@
-//! From sweep reports to process findings: what met material, with which part of the tool, in which kind of
-//! motion.
+//! What a tool sweeps through the stock: its bodies along each piece of motion, and the state of the spindle
+//! then.
 
 use proveout_controller::{Chunk, Event, MoveKind, Piece};
 use proveout_nc::SpindleDirection;
@@ -7,10 +7,8 @@ use proveout_stock::{Action, Measure, SweepItem, SweepMotion, SweepReport};
 use proveout_tool::{Profile, Role, Tool};
 
 use crate::{
-    checks::plunge,
-    verdict::finding::{
-        Code, HOLDER_IN_STOCK, NEAR_MISS, NECK_RUBS, RAPID_IN_MATERIAL, SHANK_RUBS, SPINDLE_OFF, SPINDLE_WRONG_WAY,
-    },
+    checks::descent,
+    verdict::finding::{Code, RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY},
 };
 
 /// Spindle and tool while a piece is cut.
@@ -99,7 +97,7 @@ impl Barring {
             Some((since, of, why)) if (of, why) == (index, code.code) => (since, of, why),
             _ => (id, index, code.code),
         });
-        let goes_down = piece.kind == MoveKind::Feed && plunge::way_down(&piece.pose).0 > 0.0;
+        let goes_down = piece.kind == MoveKind::Feed && descent::way_down(&piece.pose).0 > 0.0;
         Some(PieceCut { id, tool: index, since: self.run.map(|(since, ..)| since), goes_down, entered, motion })
     }
 }
@@ -124,7 +122,7 @@ pub(crate) struct Cutters(pub(crate) Vec<ToolBodies>);
 impl Cutters {
     pub(crate) fn new(tools: &[Tool], zones: &[Vec<Profile>], cell_mm: f64) -> Self {
         let of = |(k, tool): (usize, &Tool)| ToolBodies {
-            core: plunge::core(tool, cell_mm).into_iter().collect(),
+            core: descent::core(tool, cell_mm).into_iter().collect(),
             cutting: tool.cutting().map(|b| (b.role, b.profile.clone())).collect(),
             others: tool.not_cutting().map(|b| (b.role, b.profile.clone())).collect(),
             zones: zones.get(k).cloned().unwrap_or_default(),
@@ -257,29 +255,4 @@ pub(crate) fn role_of(what: Swept) -> Option<Role> {
 /// How deep a sweep was in material, mm: measured where it is, else the longest overlap.
 pub(crate) fn depth(report: &SweepReport) -> f64 {
     report.depth_mm.unwrap_or(report.overlap_mm)
-}
-
-/// The code of what a sweep found; none when all is in order. `contact` is the depth below which a body only
-/// touches (mm).
-pub(crate) fn judge_sweep(
-    part: &SweepPart,
-    kind: MoveKind,
-    state: &CuttingState,
-    tool: &Tool,
-    report: &SweepReport,
-    contact: f64,
-) -> Option<Code> {
-    if depth(report) <= contact {
-        return None;
-    }
-    match part.what {
-        Swept::Core => None,
-        // Nothing has cut its way in.
-        Swept::Entry => Some(RAPID_IN_MATERIAL),
-        Swept::Zone => Some(NEAR_MISS),
-        Swept::Body(Role::Neck) => Some(NECK_RUBS),
-        Swept::Body(Role::Shank) => Some(SHANK_RUBS),
-        Swept::Body(Role::Holder) => Some(HOLDER_IN_STOCK),
-        Swept::Body(Role::Cutting) => fault(kind, state, tool),
-    }
 }
