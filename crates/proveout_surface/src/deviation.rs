@@ -158,9 +158,9 @@ impl Tally {
 ///
 /// ```
 /// use proveout_geom::{Point, Vector};
-/// use proveout_surface::{DeviationSettings, Plane, SurfacePoint, measure};
+/// use proveout_surface::{DeviationSettings, HalfSpaceDesign, SurfacePoint, measure};
 ///
-/// let design = Plane { point: Point::origin(), normal: Vector::z() };
+/// let design = HalfSpaceDesign { point: Point::origin(), normal: Vector::z() };
 /// let at = |z: f64| {
 ///     let point = Point::new(0.0, 0.0, z);
 ///     SurfacePoint { point, normal: Some(Vector::z()), axis: 2, made_by: None }
