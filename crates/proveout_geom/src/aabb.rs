@@ -42,37 +42,44 @@ impl Aabb {
     }
 
     /// The box round both.
+    #[inline]
     pub fn union(&self, other: &Self) -> Self {
         Self { min: self.min.inf(&other.min), max: self.max.sup(&other.max) }
     }
 
     /// The box with every face moved outward by `margin` (mm).
+    #[inline]
     pub fn expanded(&self, margin: f64) -> Self {
         let by = Vector::repeat(margin);
         Self { min: self.min - by, max: self.max + by }
     }
 
     /// True when no point is inside.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         !(self.min.x <= self.max.x && self.min.y <= self.max.y && self.min.z <= self.max.z)
     }
 
     /// True when the boxes share a point; touching counts.
+    #[inline]
     pub fn intersects(&self, other: &Self) -> bool {
         (0..3).all(|i| self.min[i] <= other.max[i] && other.min[i] <= self.max[i])
     }
 
     /// True when the point is inside or on the skin.
+    #[inline]
     pub fn contains(&self, p: &Point) -> bool {
         (0..3).all(|i| self.min[i] <= p[i] && p[i] <= self.max[i])
     }
 
     /// Edge lengths, mm.
+    #[inline]
     pub fn size(&self) -> Vector {
         self.max - self.min
     }
 
     /// Middle of the box.
+    #[inline]
     pub fn center(&self) -> Point {
         nalgebra::center(&self.min, &self.max)
     }

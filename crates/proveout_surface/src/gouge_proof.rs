@@ -146,9 +146,31 @@ struct Aspect {
     /// Highest point of all faces in the widened box along it, and of those that look this way.
     top: f64,
     own: f64,
-    /// Corner of the widened box that lies highest, and whether it lies outside of the design.
-    corner: Point,
-    outside: Cell<Option<bool>>,
+}
+
+/// The corners of a widened box: whether each lies outside of the design, looked up once and only when it is
+/// asked for.
+struct BoxCorners<'a> {
+    tree: &'a DesignMesh,
+    bounds: Aabb,
+    outside: [Cell<Option<bool>>; 8],
+}
+
+impl<'a> BoxCorners<'a> {
+    fn of(tree: &'a DesignMesh, bounds: Aabb) -> Self {
+        Self { tree, bounds, outside: Default::default() }
+    }
+
+    /// Whether the corner that lies highest along a direction is outside.
+    fn is_highest_outside(&self, n: &Vector) -> bool {
+        let number = (0..3).map(|k| usize::from(n[k] > 0.0) << k).sum::<usize>();
+        let outside = &self.outside[number];
+        let known = outside.get().unwrap_or_else(|| {
+            self.tree.signed_distance(&corner(&self.bounds, n)).is_some_and(|distance| distance >= 0.0)
+        });
+        outside.set(Some(known));
+        known
+    }
 }
 
 /// The middle of a box: where the surface of the design is from there, looked up once and only when it is
@@ -265,7 +287,8 @@ impl GougeSearch<'_> {
         if place.faces.is_empty() && middle.depth().unwrap_or(f64::NEG_INFINITY) + half < self.limit {
             return Vec::new();
         }
-        self.drop_cleared(&mut place, &middle, self.limit);
+        let box_corners = BoxCorners::of(self.on.tree, place.bounds.expanded(self.limit));
+        self.drop_cleared(&mut place, (&middle, &box_corners), self.limit);
         if place.items.is_empty() {
             return Vec::new();
         }
@@ -353,16 +376,18 @@ impl GougeSearch<'_> {
         let limit = out.best.map_or(self.limit, |b| (b.depth * (1.0 + DEEP[0]) + DEEP[1]).max(self.limit));
         let middle = Middle::of(self.on.tree, &place.bounds);
         let (center, half) = (middle.point, 0.5 * place.bounds.size().norm());
-        self.drop_cleared(&mut place, &middle, limit);
-        if place.items.is_empty() {
-            return;
+        let box_corners = BoxCorners::of(self.on.tree, place.bounds.expanded(limit));
+        // The first box of a block comes from `blocks`, which has done this.
+        if out.boxes > 1 {
+            self.keep_near(&mut place, limit);
+            self.drop_cleared(&mut place, (&middle, &box_corners), limit);
         }
-        let Some(depth) = middle.depth() else { return };
-        if depth + half < limit {
-            return;
-        }
-        let mut deep = depth > self.on.allowed.max(out.best.map_or(0.0, |b| b.depth));
-        let (sweeps, widened) = (self.on.sweeps, place.bounds.expanded(limit));
+        // The surface is looked up only for boxes that some piece reaches and is not moved out of: the lookup
+        // costs more than all else in a box.
+        let is_shallow = || middle.depth().is_none_or(|depth| depth + half < limit);
+        let known = self.on.allowed.max(out.best.map_or(0.0, |b| b.depth));
+        let mut is_middle_open = true;
+        let (sweeps, widened) = (self.on.sweeps, box_corners.bounds);
         let smallest = half < 0.2 * self.on.grain;
         let corners = OnceCell::new();
         let faces = &place.faces;
@@ -372,10 +397,15 @@ impl GougeSearch<'_> {
             if near.distance > half + error {
                 return false;
             }
-            if deep && near.distance < -error {
-                let made_by = sweeps.piece(*item).unwrap_or(u32::MAX);
-                out.best = Some(Worst { depth, point: center, made_by });
-                deep = false;
+            if is_middle_open && near.distance < -error {
+                if is_shallow() {
+                    return false;
+                }
+                if let Some(depth) = middle.depth().filter(|depth| *depth > known) {
+                    let made_by = sweeps.piece(*item).unwrap_or(u32::MAX);
+                    out.best = Some(Worst { depth, point: center, made_by });
+                    is_middle_open = false;
+                }
             }
             // Along the normal of the cutter where it is nearest.
             let n = -near.normal;
@@ -383,7 +413,11 @@ impl GougeSearch<'_> {
             let top = corners.iter().map(|p| p.coords.dot(&n)).fold(f64::NEG_INFINITY, f64::max);
             let level = sweeps.least(*item, &n) + limit;
             let highest = corner(&widened, &n);
-            let is_kept = !(top <= level && (highest.coords.dot(&n) <= level || self.is_outside(&highest)));
+            let is_clear = highest.coords.dot(&n) <= level || box_corners.is_highest_outside(&n);
+            let is_kept = !(top <= level && is_clear);
+            if is_kept && is_shallow() {
+                return false;
+            }
             if is_kept && out.best.is_none() {
                 // The middle of the box may lie just outside of the piece: try the nearest points inside it.
                 let into = |way: f64| center + n * (near.distance + way + 1.1 * error).max(0.0);
@@ -393,7 +427,7 @@ impl GougeSearch<'_> {
             is_kept
         });
         place.items = kept.collect();
-        if place.items.is_empty() {
+        if place.items.is_empty() || is_shallow() {
             return;
         }
         // A depth that is known is climbed from.
@@ -419,10 +453,6 @@ impl GougeSearch<'_> {
         })
     }
 
-    fn is_outside(&self, p: &Point) -> bool {
-        self.on.tree.signed_distance(p).is_some_and(|d| d >= 0.0)
-    }
-
     /// Leaves in a box the pieces and faces that are near it.
     fn keep_near(&self, place: &mut ProofBox, limit: f64) {
         place.items.retain(|i| self.on.sweeps.bounds(*i).intersects(&place.bounds));
@@ -432,13 +462,14 @@ impl GougeSearch<'_> {
         }
     }
 
-    /// Leaves in a box what is near and is not moved out by `limit`.
-    fn drop_cleared(&self, place: &mut ProofBox, middle: &Middle<'_>, limit: f64) {
+    /// Leaves in a box that holds what is near the pieces that are not moved out by `limit`.
+    fn drop_cleared(&self, place: &mut ProofBox, (middle, box_corners): (&Middle<'_>, &BoxCorners<'_>), limit: f64) {
         let (sweeps, bounds) = (self.on.sweeps, place.bounds);
-        self.keep_near(place, limit);
-        let widened = bounds.expanded(limit);
+        if place.items.is_empty() {
+            return;
+        }
         let few = place.faces.len() <= MOST_FACES;
-        let mut aspects = if few { self.aspects(&place.faces, &widened) } else { Vec::new() };
+        let mut aspects = if few { self.aspects(&place.faces, &box_corners.bounds) } else { Vec::new() };
         let size = bounds.size().max();
         if aspects.is_empty() && (few || size <= self.on.block) {
             aspects.extend(toward_surface(middle));
@@ -451,14 +482,11 @@ impl GougeSearch<'_> {
         asked.reverse();
         let (mut tried, mut cleared) = (0_u32, 0_u32);
         while let Some(item) = asked.pop() {
-            if !sweeps.bounds(item).intersects(&bounds) {
-                continue;
-            }
             // Where hardly any piece is cleared from a large box, its halves decide.
             let in_vain = size > self.on.block && tried >= TRIED_IN_LARGE && 4 * cleared < tried;
             if !in_vain {
                 tried += 1;
-                if self.moves_out(item, &bounds, (&aspects, &highest), &mut likely, limit)
+                if self.moves_out(item, box_corners, (&aspects, &highest), &mut likely, limit)
                     || self.is_separated(item, &bounds)
                 {
                     cleared += 1;
@@ -470,7 +498,7 @@ impl GougeSearch<'_> {
             if item.is_single() || size > self.on.block && sweeps.extent(item) < size {
                 left.push(item);
             } else {
-                asked.extend(sweeps.members(item).rev());
+                asked.extend(sweeps.members(item).rev().filter(|i| sweeps.bounds(*i).intersects(&bounds)));
             }
         }
         place.items = left;
@@ -518,8 +546,6 @@ impl GougeSearch<'_> {
             normal,
             top: top(&normal, None),
             own: if k < groups { top(&normal, Some(k)) } else { f64::NEG_INFINITY },
-            corner: corner(widened, &normal),
-            outside: Cell::new(None),
         };
         normals.into_iter().take(4 * ASPECTS).enumerate().map(aspect).collect()
     }
@@ -531,19 +557,13 @@ impl GougeSearch<'_> {
         toward.is_some_and(|n| corner(bounds, &n).coords.dot(&n) < self.on.sweeps.least(item, &n))
     }
 
-    fn is_above(&self, aspect: &Aspect) -> bool {
-        let known = aspect.outside.get().unwrap_or_else(|| self.is_outside(&aspect.corner));
-        aspect.outside.set(Some(known));
-        known
-    }
-
     /// Whether a shift of `limit` or less proves that a piece is nowhere deeper in the box; `highest` has the
     /// highest point of the box along each direction, and `likely` is the number of the direction that is
     /// tried first.
     fn moves_out(
         &self,
         item: SweepItem,
-        bounds: &Aabb,
+        box_corners: &BoxCorners<'_>,
         (aspects, highest): (&[Aspect], &[f64]),
         likely: &mut usize,
         limit: f64,
@@ -554,7 +574,8 @@ impl GougeSearch<'_> {
             let aspect = &aspects[k];
             least[k] = self.on.sweeps.least(item, &aspect.normal);
             // It does not reach into the box at all, or all faces lie below it.
-            if highest[k] < least[k] || aspect.top <= least[k] + limit && self.is_above(aspect) {
+            if highest[k] < least[k] || aspect.top <= least[k] + limit && box_corners.is_highest_outside(&aspect.normal)
+            {
                 *likely = k;
                 return true;
             }
@@ -567,22 +588,16 @@ impl GougeSearch<'_> {
         let asked: Vec<(Vector, f64)> = (0..groups).map(|k| (aspects[k].normal, aspects[k].own - least[k])).collect();
         let Some(shift) = least_shift(&asked).filter(|d| d.norm() <= limit) else { return false };
         let toward: Vector = asked.iter().map(|a| a.0).sum();
-        let top = corner(&bounds.expanded(limit), &toward);
+        let top = corner(&box_corners.bounds, &toward);
         asked.iter().zip(least).all(|((n, _), least)| n.dot(&top.coords) > least + n.dot(&shift))
-            && self.is_outside(&top)
+            && box_corners.is_highest_outside(&toward)
     }
 }
 
 /// The direction from a box without faces to the surface: pieces on the other side do not reach into the box.
 fn toward_surface(middle: &Middle<'_>) -> Option<Aspect> {
     let near = middle.nearest()?;
-    Some(Aspect {
-        normal: near.normal,
-        top: f64::INFINITY,
-        own: f64::NEG_INFINITY,
-        corner: middle.point,
-        outside: Cell::new(None),
-    })
+    Some(Aspect { normal: near.normal, top: f64::INFINITY, own: f64::NEG_INFINITY })
 }
 
 /// The shortest shift d with `n . d >= g` for all pairs of a unit direction n and a length g: the one that is

@@ -4,10 +4,7 @@
 use proveout_geom::{Aabb, Point, Vector};
 use proveout_surface::{DesignMesh, DesignSurface};
 
-use crate::{
-    evidence::inputs::Inputs,
-    prepare::{part_shape::Shape, prepared::Prepared},
-};
+use crate::prepare::prepared::Prepared;
 
 /// What the raw stock is.
 pub(crate) enum RawShape {
@@ -20,8 +17,7 @@ impl RawShape {
     /// That of a scene; none where it is known on rays alone: what an earlier run left, and meshes that had
     /// to be mended.
     pub(crate) fn of(prepared: &Prepared) -> Option<Self> {
-        let scene = &prepared.scene;
-        let file = scene.file.stock.get_ref();
+        let file = prepared.scene.file.stock.get_ref();
         if file.from_run.is_some() || file.repair {
             return None;
         }
@@ -32,15 +28,7 @@ impl RawShape {
             let axis = c.along.direction().try_normalize(0.0)?;
             return Some(Self::Bar { base: Point::from(c.base_mm), axis, radius: c.radius_mm, length: c.height_mm });
         }
-        let blade = scene.file.part.as_ref().and_then(|p| p.blade.as_ref());
-        let mesh = match (file.blade_allowance_mm, blade, &file.mesh) {
-            (Some(allowance), Some(blade), _) => {
-                Shape::of_scene(scene, blade, allowance).ok()?.mesh(scene, blade.chord_error_mm).ok()?.0
-            }
-            (_, _, Some(named)) => Inputs::default().mesh(scene, "stock".into(), named, file.mesh_unit).ok()?.0,
-            _ => return None,
-        };
-        Some(Self::Mesh(Box::new(DesignMesh::new(&mesh).ok()?)))
+        Some(Self::Mesh(Box::new(DesignMesh::new(prepared.stock.mesh()?).ok()?)))
     }
 
     /// How far a place lay outside of it, mm, negative inside: never more than its distance from the skin.

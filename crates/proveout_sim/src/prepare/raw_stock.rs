@@ -43,6 +43,7 @@ pub struct RawStock {
     own_volume: Option<f64>,
     rays: Option<(TriDexel, Vec<Patch>)>,
     between: BetweenRays,
+    mesh: Option<TriMesh>,
 }
 
 impl RawStock {
@@ -54,6 +55,11 @@ impl RawStock {
     /// What lies between its rays.
     pub(crate) fn between(&self) -> &BetweenRays {
         &self.between
+    }
+
+    /// Its triangles, where it is a mesh that was not mended.
+    pub(crate) fn mesh(&self) -> Option<&TriMesh> {
+        self.mesh.as_ref()
     }
 
     /// Edges of its cells along x, y and z, mm.
@@ -162,7 +168,8 @@ pub(crate) fn make(
     let between = BetweenRays::new(&body, &stock);
     let own_volume = body.own_volume();
     let (bounds, cells) = (stock.bounds(), stock.cells_mm());
-    let raw = RawStock { bounds, cells, own_volume, rays: Some((stock, patches)), between };
+    let raw =
+        RawStock { bounds, cells, own_volume, rays: Some((stock, patches)), between, mesh: body.triangles().cloned() };
     Ok((raw, announced))
 }
 

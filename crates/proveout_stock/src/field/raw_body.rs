@@ -60,6 +60,14 @@ impl RawBody {
         }
     }
 
+    /// Its triangles, where it is a mesh that was not mended.
+    pub fn triangles(&self) -> Option<&TriMesh> {
+        match &self.0 {
+            RawForm::Mesh(mesh, Shells::Apart) => Some(mesh),
+            _ => None,
+        }
+    }
+
     /// A block.
     pub fn block(bounds: &Aabb) -> Self {
         Self(RawForm::Block(*bounds))

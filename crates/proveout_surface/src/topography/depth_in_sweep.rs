@@ -372,8 +372,12 @@ impl SweptBodies {
     }
 
     fn least_of(&self, part: &Move, n: &Vector) -> f64 {
-        let at = |pose: &ToolPose| pose.tip.coords.dot(n) - self.reach(part.body, &pose.axis, n);
-        at(&part.from).min(at(&part.to)) - part.bulge
+        let [from, to] = [&part.from, &part.to].map(|pose| pose.tip.coords.dot(n));
+        let reach = self.reach(part.body, &part.from.axis, n);
+        if part.from.axis == part.to.axis {
+            return from.min(to) - reach - part.bulge;
+        }
+        (from - reach).min(to - self.reach(part.body, &part.to.axis, n)) - part.bulge
     }
 
     /// How far a body reaches from its tip against n.
