@@ -133,6 +133,13 @@ fn holes() -> Vec<Hole> {
             ),
             -7.2,
         ),
+        (
+            words(
+                "CYCL DEF 204 BACK BORING Q200=1 Q249=3 Q250=4.5 Q251=1.5 Q252=1.7 Q253=750 Q254=200 Q255=0 Q203=+0 Q204=20 \
+                 Q214=1 Q336=0",
+            ),
+            -7.2,
+        ),
         (words("CYCL DEF 206 TAPPING Q200=2 Q201=-7.2 Q206=600 Q211=0 Q203=+0 Q204=20"), -7.2),
         (words("CYCL DEF 207 RIGID TAPPING Q200=2 Q201=-7.2 Q239=+1 Q203=+0 Q204=20"), -7.2),
         (
