@@ -5,7 +5,7 @@ use proveout_geom::{Aabb, Point, Vector};
 use proveout_surface::{DesignMesh, DesignSurface};
 
 use crate::{
-    evidence::inputs::Inputs,
+    evidence::inputs::{Inputs, MeshRole},
     prepare::{part_shape::Shape, prepared::Prepared},
 };
 
@@ -37,7 +37,7 @@ impl RawShape {
             (Some(allowance), Some(blade), _) => {
                 Shape::of_scene(scene, blade, allowance).ok()?.mesh(scene, blade.chord_error_mm).ok()?.0
             }
-            (_, _, Some(named)) => Inputs::default().mesh(scene, "stock".into(), named, file.mesh_unit).ok()?.0,
+            (_, _, Some(named)) => Inputs::default().mesh(scene, MeshRole::Stock, named, file.mesh_unit).ok()?.0,
             _ => return None,
         };
         Some(Self::Mesh(Box::new(DesignMesh::new(&mesh).ok()?)))

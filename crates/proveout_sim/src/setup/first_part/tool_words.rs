@@ -248,7 +248,7 @@ fn described(text: &str, upper: &str, unit: f64, source: String) -> Option<ToolD
         Some((kind @ ("ball" | "flat"), why)) => {
             draft.kind = Some(kind);
             if let Some(why) = why {
-                draft.choose(&["kind"], why.reason());
+                draft.stand_in(why);
             }
         }
         // A shape that the words do not describe: a taper ball without its angle, a lollipop without its

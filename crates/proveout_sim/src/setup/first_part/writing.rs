@@ -253,7 +253,7 @@ fn readme(plan: &Plan<'_>, lines: &[String]) -> String {
             }
         }
     }
-    for t in plan.machine.trust.iter().filter(|t| t.chosen && t.key.contains("travel")) {
+    for t in plan.machine.trust.iter().filter(|t| t.chosen && matches!(t.name.as_str(), "travel_mm" | "travel_deg")) {
         row(&format!("machine: {}", t.key), String::from("see machine.toml"), &t.note);
     }
     s += &format!("\nWorkholding: {}.", plan.workholding.words());
