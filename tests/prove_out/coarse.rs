@@ -1,5 +1,5 @@
-//! Every published experiment, coarse: the page of the experiments tells of these inputs and this motion, and
-//! a comparison has the same bytes at one and at two threads.
+//! Every published experiment, coarse: the page of the experiments describes these inputs and this motion,
+//! and a comparison has the same bytes at one and at two threads.
 //!
 //! *Page.* All programs whole, as motion alone: neither cells nor the mesh of the design change it. *Bytes.*
 //! The first blocks of the programs at coarse cells, with every step of a comparison but choices, which take
@@ -52,7 +52,7 @@ fn section(page: &str, scene: &str) -> String {
     from.split("\n## ").next().unwrap_or(from).to_owned()
 }
 
-/// The page tells of these inputs, and of this motion; `scene` is the digest of the scene's own text.
+/// The page describes these inputs, and this motion; `scene` is the digest of the scene's own text.
 fn is_fresh(page: &str, c: &Comparison, scene: &str) {
     let section = section(page, &c.scene);
     let remedy = "make it again: cargo xtask figures --run NAME";
@@ -162,7 +162,7 @@ fn first_motions(text: &str, motions: usize) -> String {
     all[..last.min(tail)].iter().chain(&all[tail..]).map(|l| format!("{l}\n")).collect()
 }
 
-/// What the page tells if the registry puts the scene on it, and the same bytes at any number of threads.
+/// What the page says if the registry puts the scene on it, and the same bytes at any number of threads.
 fn held(scene: &str, coarse: Coarse) {
     let path: PathBuf = root().join(scene);
     let path = if path.is_dir() { path.join("scene.toml") } else { path };

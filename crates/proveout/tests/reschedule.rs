@@ -145,7 +145,7 @@ fn two_programs_with_other_options_must_be_distinguished() {
     assert_eq!(call("coarse").status.code(), Some(0));
 }
 
-/// The certificate of a call with these options, and what it tells.
+/// The certificate of a call with these options, and what it says.
 fn certificate(method: &str, options: &[&str], name: &str) -> (serde_json::Value, String) {
     let (program, file) = (format!("{name}.mpf"), format!("{name}.json"));
     let set = options.iter().flat_map(|o| ["--set", o]);
@@ -169,14 +169,14 @@ fn no_schedule_of_the_channel_is_faster_than_its_bound_and_the_gap_is_reported()
         run["new_inside"] == true && run["original_inside"] == false,
         "the pass leaves the channel on the pressure side"
     );
-    // A gain stands beside the limits that it rests on.
+    // A gain is shown with the limits that it depends on.
     assert!(message.contains("percent remain to be gained") && message.contains("at most 62.4 deg/s"), "{message}");
     assert!(message.contains("lowered by the scene; the machine has velocity 360.0"), "{message}");
     let a = run["joints"].as_array().expect("a list").iter().find(|j| j["name"] == "A").expect("the table");
     let gates = a["gates_deg"].as_array().expect("a list");
     assert_eq!(gates.len(), run["least_s"].as_array().expect("a list").len() + 1);
     // Nearly all of the programmed time is proved of the feed, from the ways of the tip, and what stays a
-    // condition is told.
+    // condition is reported.
     let (programmed, proved) = (number("programmed_s"), number("feed_bound_s"));
     assert!(proved < programmed && proved > 0.99 * programmed, "{proved} {programmed}");
     assert!(
@@ -280,7 +280,7 @@ fn a_program_that_sends_a_joint_past_its_travel_is_not_written() {
 
 #[test]
 fn a_large_lean_starts_where_its_first_axis_stands() {
-    // ORIVECT behind TRAORI is no reason to forget the rapid that turns the table before: the tool would
+    // ORIVECT after TRAORI is no reason to forget the rapid that turns the table before: the tool would
     // swing past the travel of Y.
     let text = written(&["--program", "original", "--method", "smooth", "--set", "channel=tool"], "lean.mpf");
     let turned =
@@ -492,8 +492,8 @@ fn options_of_smooth_are_read_and_refused_by_name() {
     assert!(printed.contains("what the tool must keep away from is not known"), "{printed}");
 }
 
-/// A row along a blade on the axis of the table, near whose pole the tool axis passes: as the stand-in of the
-/// specification, with a ball.
+/// A row along a blade on the axis of the table, near whose pole the tool axis passes: as the substitute of
+/// the specification, with a ball.
 fn near_the_pole(folder: &Path, vectors: bool) {
     let root = root();
     let path = |p: &str| format!("{:?}", root.join(p).display().to_string());
@@ -520,7 +520,7 @@ fn near_the_pole(folder: &Path, vectors: bool) {
         let t: Vec<f64> = from.iter().zip(to).map(|(a, b)| a * p + b * q).collect();
         let z = 60.0 - f64::from(i);
         let (s, c) = (90.0 + 25.0 * z / 120.0_f64).to_radians().sin_cos();
-        // The ball of 3 mm beside a cylinder of 8 mm.
+        // The ball of 3 mm next to a cylinder of 8 mm.
         let center = [11.0 * c, 11.0 * s, z];
         let tip: Vec<f64> = center.iter().zip(&t).map(|(c, t)| c - 3.0 * t).collect();
         let place = format!("X{:.5} Y{:.5} Z{:.5}", tip[0], tip[1], tip[2]);
@@ -576,7 +576,7 @@ fn a_table_goes_through_its_pole_without_swinging_round() {
     assert!(largest > 10.0 && sum > 169.0, "{largest} {sum}");
     let (text, printed) = made(&["junction=off"]);
     let (largest, sum) = steps(&text, 'C');
-    // As the independent count of the stand-in, whose contact path is 8 mm from the axis; here the ball's
+    // As the independent count of the substitute, whose contact path is 8 mm from the axis; here the ball's
     // center is 11 mm from it.
     assert!(largest < 0.6 && (sum - 38.0).abs() < 1.0, "{largest} {sum}");
     // No channel of one angle is known: the feed, or the reason why there is no bound, but no gap to the best
@@ -629,7 +629,7 @@ fn axes_between_keys_lean_no_more_than_the_cap() {
     assert!((free - 12.0_f64.to_radians().cos()).abs() < 1e-6, "{free}");
 }
 
-/// Seconds that a method saves on a scene of the library, with the texts that it writes and tells.
+/// Seconds that a method saves on a scene of the library, with the texts that it writes and prints.
 fn saved(scene: &str, program: &str, method: &str, options: &[&str], out: &Path) -> (f64, String, String) {
     let scene = root().join("scenes").join(scene).display().to_string();
     let file = out.join(format!("{program}-{method}.mpf")).display().to_string();
@@ -650,7 +650,7 @@ fn saved(scene: &str, program: &str, method: &str, options: &[&str], out: &Path)
 }
 
 /// Both rotary joints free: on the experiments of Cui et al. and Ma et al. no published program saves more
-/// time, contacts and blocks stay, and the bound stands beside the time.
+/// time, contacts and blocks stay, and the bound is shown with the time.
 #[test]
 #[ignore = "nightly, 66 s"]
 fn rows_by_smooth_are_never_slower_than_what_was_published_for_them() {

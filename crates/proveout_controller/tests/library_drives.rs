@@ -1,5 +1,5 @@
-//! The drives of the library machines: sized by the rule, strong enough, stable at every control cycle, and
-//! behind their set points by what the closed form says.
+//! The drives of the library machines: sized by the rule, strong enough, stable at every control cycle; they
+//! lag their set points by what the closed form says.
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -51,7 +51,7 @@ fn drives_are_those_of_the_rule() {
                 ("motor", drive.motor_inertia.unwrap_or(0.0), of(["motor_mass_kg"; 2])),
             ];
             for (what, stated, by_rule) in pairs {
-                // Two digits are kept, and bodies are drawn anew from time to time: 10 percent.
+                // Two digits are kept, and bodies are redrawn from time to time: 10 percent.
                 assert!(
                     (stated - by_rule).abs() <= 0.1 * by_rule,
                     "{}, joint {}: {what} {stated}, and the rule gives {by_rule}: run the example size_drives --write",

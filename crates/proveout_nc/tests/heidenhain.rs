@@ -130,7 +130,7 @@ proptest! {
             "BEGIN PGM A MM\nTOOL CALL 1 Z S100 F100\nCYCL DEF 7.0\nCYCL DEF 7.1 X+10 Y-20 Z+30\nCYCL DEF 10.0\nCYCL DEF 10.1 ROT{rot:+.3}\nL X{:+.4} Y{:+.4} Z+1 FMAX\nCC X{x:+.4} Y{y:+.4}\n{arc}\n",
             a[0], a[1],
         );
-        // A radius of four decimals beside half the chord moves the center along the bisector: stay off half
+        // A radius of four decimals next to half the chord moves the center along the bisector: stay off half
         // a turn.
         prop_assume!(kind != 1 || (turn - 180.0).abs() > 5.0);
         let ops = ops(&text);

@@ -29,8 +29,8 @@ use crate::{
         log::FindingLog,
         partial_run::{self, Partial},
         verdict_file::{
-            Axis, AxisUnit, Deviation, GateVerdict, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface,
-            Time, Verdict,
+            Axis, AxisUnit, Deviation, GateVerdict, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION,
+            Surface, Time, Verdict,
         },
     },
 };
