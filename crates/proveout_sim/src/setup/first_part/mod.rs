@@ -22,6 +22,7 @@ mod summary;
 mod tool_choice;
 mod tool_names;
 mod tool_sizes;
+mod tool_statements;
 mod tool_words;
 mod workholding;
 mod writing;
