@@ -275,7 +275,7 @@ fn uncut(r: &mut Random, fault: bool, kind: Hollow) -> Case {
     case
 }
 
-/// The cutter runs past a clamp beside the part, or into it.
+/// The cutter runs past a clamp next to the part, or into it.
 fn clamp(r: &mut Random, fault: bool) -> Case {
     let [x, y, height] = block(r, 12.0);
     let (overlap, room) = (r.log(LEAST_MM, 3.0), r.log(LEAST_MM, 1.0));

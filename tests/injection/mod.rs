@@ -47,7 +47,7 @@ const FOUND_AT: f64 = 5.0;
 const STACK_BYTES: usize = 32 << 20;
 /// Gates of clean twins that must be decided at the default cell.
 const DECIDED: f64 = 0.95;
-/// Gates that a clean twin is asked for, beside those of its family.
+/// Gates that a clean twin is asked for, in addition to those of its family.
 const ALWAYS: [&str; 3] = ["process", "collision", "limits"];
 
 fn cell_of(number: usize) -> f64 {

@@ -44,7 +44,7 @@ pub(crate) struct Case {
     /// Turn of stock, design and path about Z, degrees.
     pub(crate) turn_deg: f64,
     pub(crate) tool: EndMill,
-    /// A block that the setup holds beside the plate: corners, mm.
+    /// A block that the setup holds next to the plate: corners, mm.
     pub(crate) clamp: Option<[[f64; 3]; 2]>,
     /// Moves between tool change and end.
     pub(crate) moves: Moves,

@@ -624,6 +624,7 @@ cases! {
     "tools/ToolEntry.half_angle_deg", TaperBall, ["tools", "tool.0.half_angle_deg", "20"];
     "tools/ToolEntry.entering_angle_deg", FaceMill, ["tools", "tool.0.entering_angle_deg", "60"];
     "tools/ToolEntry.pitch_mm", Tap, ["tools", "tool.0.pitch_mm", "0.5"];
+    "tools/ToolEntry.thread_mill", Part, ["tools", "tool.0.thread_mill", "true"];
     "tools/ToolEntry.segments", Profile, ["tools", "tool.0.segments", "[{ to_mm = [3, 1] }, { to_mm = [3, 12] }]"];
     "tools/ToolEntry.flute_length_mm", DrumWheel, ["tools", "tool.0.flute_length_mm", "1.5"];
     "tools/ToolEntry.neck_diameter_mm", Short, ["tools", "tool.0.neck_diameter_mm", "6.5"];

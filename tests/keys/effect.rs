@@ -21,7 +21,7 @@ use proveout_sim::{
 
 use crate::keys::setups::{Files, Setup};
 
-/// A text that tells everything, or why nothing was done.
+/// A text that says everything, or why nothing was done.
 pub(crate) type Left = Result<String, String>;
 
 /// Writes the files into a folder of their own and does what the setup is for.
@@ -55,7 +55,7 @@ fn prove(folder: &Path) -> Result<String, SimError> {
     let seen = Seen::default();
     let text = seen.text.clone();
     let prepared = Prepared::read(folder, &Choice::default())?;
-    // What the host holds beside the stock differs from call to call.
+    // What the host holds in addition to the stock differs from call to call.
     let announced = format!("announced {:?}\n", prepared.memory.stocks);
     let result = run(prepared, &mut [Box::new(seen)], folder)?;
     let message = text.lock().map_or_else(|_| String::new(), |t| t.clone());
@@ -117,7 +117,7 @@ fn compared(folder: &Path) -> Result<String, SimError> {
     Ok(message + &markdown(&compared.comparison) + &format!("{:?} {windows:?}", compared.pictures.programs))
 }
 
-/// Hashes the motion, tells blocks and events, and keeps the stock for a setup that comes after.
+/// Hashes the motion, reports blocks and events, and keeps the stock for a setup that comes after.
 #[derive(Default)]
 struct Seen {
     text: Arc<Mutex<String>>,

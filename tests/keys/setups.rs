@@ -32,7 +32,7 @@ root = { x_mm = 0 }
 tip = { x_mm = 30 }
 "#;
 
-/// One of each kind, beside what the machine does.
+/// One of each kind, in addition to what the machine does.
 const HELD: &str = r#"
 [[fixture]]
 name = "vise"
@@ -158,13 +158,13 @@ pub(crate) enum Setup {
     /// A program that is made from another, by either method.
     Remade,
     RemadeQuaternion,
-    /// A program that turns the table near its pole, made anew there.
+    /// A program that turns the table near its pole, re-planned there.
     RemadePole,
     /// The same program, its axes laid between keys.
     RemadeKeys,
     /// The first program as smooth as its channel lets it.
     RemadeSmooth,
-    /// Two rows of a bull-nose cutter beside each other, by strip and roughness.
+    /// Two rows of a bull-nose cutter side by side, by strip and roughness.
     RemadeStrip,
     /// One tool each, that cuts a groove.
     Ball,
@@ -526,7 +526,7 @@ impl Setup {
                 // A ramp of 22 degrees into the block.
                 program = PROGRAM.replace("G1 Z-2. F1500\nX0.", "G1 Z0.5 F1500\nX-12.\nX-5. Z-2.");
                 if self == Self::Hollow {
-                    // Behind it a narrow helix of two turns, whose middle the center of the tool may cover.
+                    // After it a narrow helix of two turns, whose middle the center of the tool may cover.
                     let helix = "X-5. Z-2.\nG3 X-5. Y0.25 Z-2.5 I-1. J0.\nG3 X-5. Y0.25 Z-3. I-1. J0.\nG1 X-5. Z-2.";
                     program = program.replace("X-5. Z-2.", helix);
                 }

@@ -36,7 +36,7 @@ fn the_cut_moves_by_the_stated_errors_with_any_dynamics() {
         let actual = bench(errors).run(dynamics).expect("runs");
         let moved: Vec<f64> = measured(&actual).iter().zip(plain).map(|(a, p)| a - p).collect();
         for (moved, wanted) in moved.iter().zip([0.5, -0.04, 0.03]) {
-            // The walls are round: 0.04 mm aside of their crown they stand 1.6e-4 mm back; twice the sweep's
+            // The walls are round: 0.04 mm aside of their crown they are 1.6e-4 mm back; twice the sweep's
             // bound.
             assert!((moved - wanted).abs() < 6e-4, "{dynamics:?}: {moved} instead of {wanted}");
         }
@@ -54,7 +54,7 @@ fn the_cut_moves_by_the_stated_errors_with_any_dynamics() {
 /// well.
 #[test]
 fn a_slot_follows_the_table_of_errors_of_its_slide() {
-    // EZX: the table is lower by 20, 0, 60 micrometers at X = 10, 25, 45, so that the tool stands that much
+    // EZX: the table is lower by 20, 0, 60 micrometers at X = 10, 25, 45, so that the tool is that much
     // higher over it.
     let errors = "\n[[errors.table]]\njoint = \"X\"\nat_mm = [10, 25, 45]\n[errors.table.values]\nEZX_um = [-20, 0, -60]\n\
                   [errors.chosen]\n\"*\" = \"test\"\n";

@@ -1,4 +1,4 @@
-//! The axis cross with the production program, where the data set lies beside the checkout.
+//! The axis cross with the production program, where the data set lies next to the checkout.
 
 use proveout_sim::{Choice, verdict::State};
 use proveout_tests::{left_out, prove, published, scene};

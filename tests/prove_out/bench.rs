@@ -96,7 +96,7 @@ pub(crate) fn findings<'r>(run: &'r RunResult, code: &str) -> Vec<&'r Finding> {
     run.verdict.findings.iter().filter(|f| f.code == code).collect()
 }
 
-/// Line of a program, from 1, on which a text stands first.
+/// Line of a program, from 1, on which a text comes first.
 pub(crate) fn line_of(program: &str, text: &str) -> u32 {
     program.lines().position(|l| l.contains(text)).map_or(0, |k| k as u32 + 1)
 }

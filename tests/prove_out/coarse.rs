@@ -1,5 +1,5 @@
-//! Every published experiment, coarse: the page of the experiments tells of these inputs and this motion, and
-//! a comparison has the same bytes at one and at two threads.
+//! Every published experiment, coarse: the page of the experiments describes these inputs and this motion,
+//! and a comparison has the same bytes at one and at two threads.
 //!
 //! *Page.* All programs whole, as motion alone: neither cells nor the mesh of the design change it. *Bytes.*
 //! The first blocks of the programs at coarse cells, with every step of a comparison but choices, which take
@@ -52,7 +52,7 @@ fn section(page: &str, scene: &str) -> String {
     from.split("\n## ").next().unwrap_or(from).to_owned()
 }
 
-/// The page tells of these inputs, and of this motion; `scene` is the digest of the scene's own text.
+/// The page describes these inputs, and this motion; `scene` is the digest of the scene's own text.
 fn is_fresh(page: &str, c: &Comparison, scene: &str) {
     let section = section(page, &c.scene);
     let remedy = "make it again: cargo xtask figures --run NAME";
@@ -162,7 +162,7 @@ fn first_motions(text: &str, motions: usize) -> String {
     all[..last.min(tail)].iter().chain(&all[tail..]).map(|l| format!("{l}\n")).collect()
 }
 
-/// What the page tells if the registry puts the scene on it, and the same bytes at any number of threads.
+/// What the page says if the registry puts the scene on it, and the same bytes at any number of threads.
 fn held(scene: &str, coarse: Coarse) {
     let path: PathBuf = root().join(scene);
     let path = if path.is_dir() { path.join("scene.toml") } else { path };
@@ -220,13 +220,19 @@ experiments! {
     cui "scenes/cui-2022-singularity" WHOLE, None;
     #[ignore = "nightly, 63 s"]
     ma "scenes/ma-2020-sine" WHOLE, Some(0.001);
+    #[ignore = "nightly, 31 s"]
     ma_steep "scenes/ma-2020-sine/ma-1.toml" WHOLE, None;
     lu "scenes/lu-2022-quasi-circle" 60, None;
+    #[ignore = "nightly, 59 s"]
     lu_serial "scenes/lu-2022-quasi-circle/serial.toml" 60, None;
+    #[ignore = "nightly, 22 s"]
     lu_whole_lines "scenes/lu-2022-quasi-circle/whole-lines.toml" WHOLE, None;
+    #[ignore = "nightly, 22 s"]
     lu_whole_lines_serial "scenes/lu-2022-quasi-circle/whole-lines-serial.toml" WHOLE, None;
+    #[ignore = "nightly, 20 s"]
     lu_untwisted "scenes/lu-2022-quasi-circle/untwisted.toml" WHOLE, None;
     lu_edge "scenes/lu-2022-quasi-circle/edge.toml" 60, None;
+    #[ignore = "nightly, 27 s"]
     lu_equal "scenes/lu-2022-quasi-circle/equal.toml" 60, None;
     #[ignore = "nightly, 62 s"]
     dong "scenes/dong-2023-multi-scale" 210, None;

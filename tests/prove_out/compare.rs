@@ -86,7 +86,7 @@ fn shorter(folder: &Path) {
 #[ignore = "nightly, 140 s"]
 fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_count() {
     let experiment = Experiment::new(|text| {
-        // Whole turns lie beside each other between the second and the third.
+        // Whole turns lie side by side between the second and the third.
         text.replace("min_mm = [13.5, -200, -200]", "min_mm = [13.2, -200, -200]")
             .replace("max_mm = [16.5, 200, 200]", "max_mm = [13.6, 200, 200]")
             .replace("plot_window_s = [22, 34]", "plot_window_s = [5, 15]")
@@ -118,7 +118,7 @@ fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_cou
     let pieces = c.variations.iter().find(|v| v.parameter == "motion pieces").expect("varied");
     assert_eq!(pieces.gains["s-theta"].stretch_time_change_percent, Some(0.0));
 
-    // The limits that the scene sets stand beside the machine's own, and the gain without them beside the
+    // The limits that the scene sets are next to the machine's own, and the gain without them next to the
     // gain.
     let limits: Vec<_> = c.joint_limits.iter().map(|l| (l.joint.as_str(), l.of_machine, l.of_scene)).collect();
     assert_eq!(limits, [("A", Some(360.0), 90.0), ("A", Some(4500.0), 600.0), ("A", Some(90_000.0), 12_000.0)]);
@@ -127,7 +127,7 @@ fn the_experiment_is_compared_with_an_error_and_the_same_bytes_at_any_thread_cou
     let free = c.at_own_limits("s-theta").expect("a gain");
     assert!(free > 0.0 && free < 0.5 * percent, "most of the gain comes from the limit of A: {free} of {percent}");
 
-    // Table 2 of the paper beside ours.
+    // Table 2 of the paper and ours.
     for axis in ["A", "Y", "Z"] {
         for kind in ["velocity", "acceleration"] {
             let name = format!("{axis}, {kind}");

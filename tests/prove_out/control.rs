@@ -1,4 +1,4 @@
-//! Words of the control through whole runs: tool length, probing, drives that saturate, limits that nobody
+//! Words of the control through whole runs: tool length, probing, drives that saturate, limits that no one
 //! has stated.
 
 use std::{fs, path::Path};
@@ -118,7 +118,7 @@ fn a_probing_motion_leaves_the_process_gate_unchecked_and_is_reported_with_its_b
     assert_ne!(probed.verdict.verdict, State::Pass, "a run with a probe is never a pass");
 }
 
-/// Machine file of the library with lines changed, in a folder of its own beside its model.
+/// Machine file of the library with lines changed, in a folder of its own next to its model.
 fn changed(name: &str, folder: &Path, change: impl Fn(String) -> String) -> std::path::PathBuf {
     let from = root().join("machines").join(name);
     let text = fs::read_to_string(from.join("machine.toml")).expect("readable");

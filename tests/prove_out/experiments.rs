@@ -43,7 +43,7 @@ fn as_planned(path: &Path) {
     assert!(files > 0);
 }
 
-/// The file of a scene beside `scene.toml`.
+/// The file of a scene next to `scene.toml`.
 fn beside(name: &str, file: &str) -> PathBuf {
     scene(name).join(file)
 }
@@ -148,6 +148,7 @@ fn deepest(name: &str, program: &str, cell: f64) -> f64 {
 }
 
 #[test]
+#[ignore = "nightly, 37 s"]
 fn cui_the_untreated_program_cuts_deep_and_the_treated_one_does_not() {
     let cut = |program| deepest("cui-2022-singularity", program, 0.4);
     close("original", cut("original"), 120.7, 1.0);
@@ -158,8 +159,9 @@ fn cui_the_untreated_program_cuts_deep_and_the_treated_one_does_not() {
 }
 
 #[test]
+#[ignore = "nightly, 28 s"]
 fn ma_new_axes_gouge_less_and_upright_ones_least() {
-    // At these cells a ray stands in the middle of the row, and meets few of the deepest places: the order is
+    // At these cells a ray lies in the middle of the row, and meets few of the deepest places: the order is
     // tested, not the criteria of the scene.
     let cut = |program| deepest("ma-2020-sine", program, 0.4);
     close("original", cut("original"), 65.3, 1.5);

@@ -63,7 +63,7 @@ fn drilling_cycles_leave_their_holes_without_a_finding() {
         let program = fanuc(&format!("G0 X10.03 Y10.03 Z3.\n{cycle}\nX20.03\nX30.03 Z-6.\nG80"));
         let run = Bench { tools: drill.into(), program, ..Bench::default() }.planned();
         assert!(findings(&run, RAPID).is_empty(), "{cycle}: {:?}", run.verdict.findings);
-        // The point of a drill cuts at its center: nobody has to say so.
+        // The point of a drill cuts at its center: no one has to say so.
         assert_eq!(state(&run, "process"), State::Pass, "{:?}", gate(&run, "process"));
     }
 }
@@ -78,7 +78,7 @@ fn only(run: &RunResult, program: &str, line: &str) -> f64 {
 
 #[test]
 fn a_true_rapid_is_found_with_its_depth_and_its_line() {
-    // Axes stand on rays, so that they see the deepest line of the cutter.
+    // Axes lie on rays, so that they see the deepest line of the cutter.
     for depth in [0.05, 1.0, 12.0] {
         let plunge = format!("G0 X30.125 Y10.125\nZ-{depth:.3} (HERE)\nZ5.");
         for dynamics in DYNAMICS {
@@ -90,7 +90,7 @@ fn a_true_rapid_is_found_with_its_depth_and_its_line() {
             assert!((found - depth).abs() < within, "plunge {depth} {dynamics:?}: {found}");
         }
     }
-    // Beside the block at z = -8, then into its face x = 0 by so much: the radius is 1.5.
+    // Next to the block at z = -8, then into its face x = 0 by so much: the radius is 1.5.
     for depth in [0.05, 0.8, 3.0] {
         let bench = bench(&format!("G0 X-10. Y10.125\nZ-8.\nX{:.3} (HERE)\nX-10.\nZ5.", depth - 1.5));
         let found = only(&bench.planned(), &bench.program, "(HERE)");

@@ -71,7 +71,7 @@ fn strategy(name: &str) -> StrategyFile {
     StrategyFile::named(name).expect("a strategy")
 }
 
-/// Plans, writes the program beside the scene, and judges the part between the lines but for the outermost
+/// Plans, writes the program next to the scene, and judges the part between the lines but for the outermost
 /// ones.
 fn planned_in(
     folder: &Path,
@@ -97,7 +97,7 @@ fn planned_in(
     let inner = if lines.len() > 2 { &lines[1..lines.len() - 1] } else { lines };
     let points: Vec<Point> = inner.iter().flat_map(|l| l.contacts.iter().map(|c| c.place.point)).collect();
     let bound = |k: usize, f: fn(f64, f64) -> f64, start| points.iter().map(|p| p[k]).fold(start, f);
-    // Lines round the blade lie beside each other along X.
+    // Lines round the blade lie side by side along X.
     let ends = if ["transverse", "point-roughing"].contains(&name) { 0.0 } else { 1.2 };
     let aside = if lines.len() == 1 { 0.5 } else { 0.0 };
     let inside = [ends, -aside, 0.0];
@@ -207,7 +207,7 @@ impl ParametricSurface for Plane {
 
 /// Scene of a plane on a machine: a face of a block with 0.3 mm on it.
 fn plane_scene(machine: &str, mount_z: f64, table: &str, more: &str) -> String {
-    // The part's tables stand together.
+    // The part's tables are together.
     let (judged, program) = more.split_at(more.find("[[program]]").unwrap_or(0));
     format!(
         "name = \"plane\"\nworkholding = \"none\"\nworkholding_reason = \"not part of this test\"\nmachine = \"{0}/machines/{machine}\"\ntools = \"{0}/tools/li-2022.toml\"\nresolution_mm = 0.5\n\
@@ -319,7 +319,7 @@ fn what_cannot_be_planned_is_refused_by_name() {
     assert!(message.contains("the distance of the lines must be given exactly once"), "{message}");
     let message = refused("scallop_mm = 0.01\noutwards = true", "iso-parametric");
     assert!(message.contains("does not read `outwards`"), "{message}");
-    // The head of 87 degrees cannot stand along the blade.
+    // The head of 87 degrees cannot lie along the blade.
     let message = refused("lines = [0.3]\nalong = [0.2, 0.4]\nstep_mm = 1", "iso-parametric");
     assert!(message.contains("step along the lines must be given exactly once"), "{message}");
     let message = refused("lines_deg = [0, 10]\nallowance_mm = -1", "quasi-circle");

@@ -14,7 +14,7 @@ use proveout_tool::ToolLibrary;
 
 use crate::prove_out::planned::{CHORD_MM, GOUGE_MM, TOLERANCE_MM, as_planned, gates_pass, proved};
 
-/// What is cut, where it stands, and with what.
+/// What is cut, where it is, and with what.
 struct Job {
     machine: &'static str,
     /// Tables of the part, the mount and the work offset.
@@ -65,7 +65,7 @@ fn done(folder: &Path, job: &Job) -> (Planned, Verdict) {
     let settings = Prepared::reader_settings(&read, None).expect("settings");
     let program = programs::text(&made.commands, Dialect::Siemens840d, &settings).expect("posted");
     fs::write(folder.join("main.mpf"), program).expect("written");
-    // The middle third of the lines: those beside it lie aside where the blade is twisted.
+    // The middle third of the lines: those next to it lie aside where the blade is twisted.
     let left = made.lines.len() / 3;
     let lines = &made.lines[left..made.lines.len() - left];
     let mut bounds = [[f64::MAX, f64::MIN]; 3];
@@ -75,7 +75,7 @@ fn done(folder: &Path, job: &Job) -> (Planned, Verdict) {
         }
     }
     for (k, range) in bounds.iter_mut().enumerate() {
-        // Ridges lie up to the allowance beside the surface; a line's ends are those of its ridges.
+        // Ridges lie up to the allowance off the surface; a line's ends are those of its ridges.
         let by = if k == job.ends { -1.2 } else { 0.2 };
         *range = [range[0] - by, range[1] + by];
     }
@@ -131,7 +131,7 @@ fn the_face_of_cui_has_the_ridges_asked_for() {
     ridges("cui, ball", &job);
 }
 
-/// A side of a blade without twist is ruled along X, which stands up on the table here.
+/// A side of a blade without twist is ruled along X, which points up on the table here.
 #[test]
 fn a_ruled_side_is_cut_by_the_flank() {
     let job = Job {

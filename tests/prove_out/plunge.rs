@@ -35,7 +35,7 @@ fn plunging_with_a_tool_without_center_edges_is_a_finding_at_its_block() {
     }
     let run = bench("center_cutting = true", "G0 X20. Y20.\nZ5.\nG1 Z-3. F100.\nG0 Z5.").planned();
     assert_eq!(process(&run).0, State::Pass, "{:?}", process(&run));
-    // Nobody says whether it cuts there.
+    // Whether it cuts there is not stated.
     let run = bench("", "G0 X20. Y20.\nZ5.\nG1 Z-3. F100.\nG0 Z5.").planned();
     let (unknown, reason) = process(&run);
     assert_eq!(unknown, State::Unchecked, "{reason}");
@@ -90,7 +90,7 @@ fn a_helix_is_a_ramp_unless_it_is_narrower_than_the_tool() {
 #[test]
 fn going_down_where_nothing_is_under_the_center_is_allowed() {
     for program in [
-        // Beside the block, with the rim in it.
+        // Next to the block, with the rim in it.
         "G0 X-3. Y20.\nZ5.\nG1 Z-3. F100.\nG0 Z5.",
         // On a floor that is there already: faced from outside, then touched again from above.
         "G0 X-10. Y20.\nZ5.\nG1 Z-2. F400.\nX90.\nG0 Z5.\nX40.\nG1 Z-2. F100.\nX60.\nG0 Z5.",

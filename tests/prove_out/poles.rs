@@ -55,7 +55,7 @@ fn limits(run: &RunResult) -> State {
     run.verdict.gates.iter().find(|g| g.gate.name() == "limits").expect("the gate").state
 }
 
-/// C stands at 0, and the tool upright: where B3 or A3 alone tilts the table, either way round, C turns by a
+/// C is at 0, and the tool upright: where B3 or A3 alone tilts the table, either way round, C turns by a
 /// quarter at most.
 #[test]
 fn the_first_rapid_with_a_vector_turns_the_table_to_where_the_circle_leaves_the_pole() {
@@ -125,8 +125,8 @@ fn a_block_through_the_pole_runs_on_every_machine() {
     }
 }
 
-/// The cone of machine or scene: inside, the circle is left and that is told with its angle; without one it
-/// is followed.
+/// The cone of machine or scene: inside, the circle is left and that is reported with its angle; without one
+/// it is followed.
 #[test]
 fn inside_of_the_cone_the_circle_is_left_and_that_is_reported() {
     let half = (0.0007_f64.to_radians().tan() / 20_f64.to_radians().tan()).acos().to_degrees();
@@ -158,7 +158,7 @@ fn inside_of_the_cone_the_circle_is_left_and_that_is_reported() {
     assert!((limit_findings(&wide)[0].value.expect("an angle") - 0.7).abs() < 1e-4);
 }
 
-/// Positions of the rotary axes are reached as programmed, and a circle that does not lead there is told.
+/// Positions of the rotary axes are reached as programmed, and a circle that does not lead there is reported.
 #[test]
 fn positions_that_no_circle_leads_to_are_reported() {
     let program = "G0 X0 Y0 Z30 B20 C0\nG1 X30 Z30 B-20 C6 F3000\n";

@@ -1,10 +1,10 @@
-//! Bodies of machine and setup against the stock, as it stands at each moment.
+//! Bodies of machine and setup against the stock, as it is at each moment.
 
 use proveout_sim::verdict::State;
 
 use crate::prove_out::bench::{Bench, end_mill, fanuc, findings, gate, line_of, state};
 
-/// A tall wall beside the spindle: x 90..130, up to 450 mm over the work zero.
+/// A tall wall next to the spindle: x 90..130, up to 450 mm over the work zero.
 fn wall(program: &str) -> Bench {
     Bench {
         tools: end_mill(1, 10.0, "center_cutting = true"),
@@ -88,8 +88,8 @@ fn what_stays_away_from_the_box_of_the_stock_passes_and_says_so() {
     assert_eq!(state(&run, "near_miss"), State::Pass);
 }
 
-/// The face of the spindle nose is the gauge line, 80 mm over the tip: at a depth of 78.9 mm beside a wall it
-/// stays 1.1 mm over the top of the stock, at 79.1 mm it does not keep the wanted 1 mm.
+/// The face of the spindle nose is the gauge line, 80 mm over the tip: at a depth of 78.9 mm next to a wall
+/// it stays 1.1 mm over the top of the stock, at 79.1 mm it does not keep the wanted 1 mm.
 #[test]
 fn the_clearance_of_the_scene_decides_and_a_thin_motion_is_not_stepped_over() {
     let at = |depth: f64| {
@@ -157,7 +157,7 @@ fn a_jaw_that_is_sunk_into_the_stock_is_reported_with_its_depth() {
     }
 }
 
-/// A rapid through the block, and through a fin of 0.2 mm that stands between the cells along Y: the cutter
+/// A rapid through the block, and through a fin of 0.2 mm that lies between the cells along Y: the cutter
 /// meets both at their line.
 #[test]
 fn a_rapid_through_material_and_through_a_thin_fin_is_found() {

@@ -56,7 +56,7 @@ fn each_tool_drills_the_hole_of_its_profile() {
             tool.name
         );
         let process = run.verdict.gates.iter().find(|g| g.gate.name() == "process").expect("a gate");
-        // A head with a bore must not plunge, and of a chamfer mill nobody says whether it cuts at its
+        // A head with a bore must not plunge, and of a chamfer mill it is not stated whether it cuts at its
         // center.
         let expected = match tool.cuts_at_center() {
             Some(true) => State::Pass,

@@ -14,14 +14,14 @@ pub fn scene(name: &str) -> PathBuf {
     root().join("scenes").join(name)
 }
 
-/// A real program that is published elsewhere and lies beside some checkouts; none where it does not.
+/// A real program that is published elsewhere and lies next to some checkouts; none where it does not.
 pub fn published(path: &str) -> Option<PathBuf> {
     let root = root();
     let places = root.ancestors().skip(1).map(|up| up.join("shared/cases").join(path));
     places.into_iter().find(|p| p.is_file())
 }
 
-/// Tells past the capture of the test harness that a test passes without looking: `cargo xtask ci` has these
+/// Says past the capture of the test harness that a test passes without looking: `cargo xtask ci` has these
 /// lines in its summary.
 pub fn left_out(what: &str) {
     use std::io::Write as _;

@@ -17,8 +17,8 @@ fn root() -> PathBuf {
 
 const NONE: &str = "workholding = \"none\"\nworkholding_reason = \"glued to the table\"\n";
 const NO_DESIGN: &str = "design = \"none\"\n";
-/// A slot along X through the middle of the block, 3 mm deep, with the cutter beside the block at Z-3 before
-/// and behind it.
+/// A slot along X through the middle of the block, 3 mm deep, with the cutter next to the block at Z-3 before
+/// and after it.
 const SLOT: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G0 X-60. Y0.\nG43 H1 Z20.\nS3000 M3\nZ-3.\nG1 X60. F2000.\nG0 Z20.\nM5\nM30\n%\n";
 /// Once round the block, 5 mm above its lower face.
 const ROUND: &str = "%\nO1\nG17 G21 G40 G49 G80 G90 G94\nT1 M6\nG54 G0 X-45. Y-35.\nG43 H1 Z20.\nS3000 M3\nZ-15.\nG1 X45. F2000.\nY35.\nX-45.\nY-35.\n\
@@ -143,7 +143,7 @@ fn collision_is_open_until_the_scene_says_what_holds_the_part() {
     for page in ["report.html", "setup.html"] {
         assert!(shop.read(&format!("result/{page}")).contains("glued to the table"), "{page}");
     }
-    // Fixtures by their dimensions are held against the tools like meshes.
+    // Fixtures by their dimensions are checked against the tools like meshes.
     for (kind, dimensions, hits) in HELD {
         let fixture = format!("[[fixture]]\nname = \"held\"\nkind = \"{kind}\"\n{dimensions}");
         let shop = Shop::new("", &fixture, ("main.nc", ROUND));
@@ -180,7 +180,7 @@ fn a_chosen_length_leaves_the_holder_open_and_tells_the_shortest_that_clears() {
                 assert!(reason.contains("assumed: the holder of F10, with 45.0 mm out of its holder"), "{reason}");
                 let least = reason.split("the shortest that clears is ").nth(1).expect("given");
                 let least: f64 = least.split(' ').next().expect("a number").parse().expect("a number");
-                // Its nose stays above the face by the wanted clearance; at least the flutes stand out.
+                // Its nose stays above the face by the wanted clearance; at least the flutes project.
                 assert!((25.0..=26.0).contains(&least), "{reason}");
                 assert_eq!(
                     verdict["tools"][0]["min_overhang_mm"].as_f64().map(|v| (v * 10.0 - 1e-6).ceil() / 10.0),
@@ -246,7 +246,7 @@ fn ideal_dynamics_pass_no_gate_that_depends_on_the_path() {
     }
 }
 
-/// The only retract stands behind a `/`: without it the next rapid goes through the block.
+/// The only retract comes after a `/`: without it the next rapid goes through the block.
 const SLASHED: [(&str, &str, &str); 4] = [
     (
         "main.nc",

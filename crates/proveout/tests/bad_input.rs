@@ -60,7 +60,7 @@ impl Small {
         proveout(self.path(), &["run", ".", "--output", "result", "--rerun", "off"])
     }
 
-    /// Runs and asserts that the error tells all of `words`, and that nothing but the input is left.
+    /// Runs and asserts that the error says all of `words`, and that nothing but the input is left.
     fn refused(&self, words: &[&str]) {
         self.refuses(&["run", ".", "--output", "result", "--rerun", "off"], words);
     }

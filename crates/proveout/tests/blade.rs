@@ -1,4 +1,4 @@
-//! A blade on the command line: its points are held against the closed form, whatever mesh stands for it.
+//! A blade on the command line: its points are compared with the closed form, whatever mesh represents it.
 
 use std::{fs, path::Path, process::Command};
 

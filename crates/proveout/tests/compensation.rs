@@ -1,5 +1,5 @@
 //! `proveout nc` with cutter compensation in every language: a cusp of two arcs is gouge-free, a neck that is
-//! too narrow is refused or told.
+//! too narrow is refused or reported.
 
 use std::{
     fs,

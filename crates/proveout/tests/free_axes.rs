@@ -1,5 +1,5 @@
-//! `run --orientation-maps` as a person types it: a ball end mill on a flat face beside a wall. The wall
-//! stands parallel to the way at a distance that lets the shank lean against it by an angle in closed form.
+//! `run --orientation-maps` as a person types it: a ball end mill on a flat face next to a wall. The wall
+//! is parallel to the way at a distance that lets the shank lean against it by an angle in closed form.
 
 use std::{
     fs,
@@ -113,7 +113,7 @@ fn an_axis_beside_a_wall_has_the_room_of_the_closed_form() {
             place["point_mm"]
         );
         // A cell of 2 degrees, half its diagonal and half a cell for the pieces of the wall: the border may
-        // be told so early, never late.
+        // be reported early, never late.
         let room = number("room_deg");
         assert!(room <= limit + 1e-6 && room > limit - 4.5, "{room} {limit}");
         let cells = place["cells"].as_array().expect("cells");

@@ -98,7 +98,7 @@ fn printed(output: &Output) -> String {
 #[test]
 fn the_stock_is_handed_on_and_one_verdict_says_all() {
     let desk = Desk::new();
-    // Without designs nobody knows whether the part is right.
+    // Without designs it is not known whether the part is right.
     let said = desk.call("job . --threads 2", 3);
     assert!(said.contains("UNCHECKED: block") && said.contains("stock of op10"), "{said}");
     let job = desk.result();
@@ -113,7 +113,7 @@ fn the_stock_is_handed_on_and_one_verdict_says_all() {
     assert_eq!(setups[1]["stock_digest"].as_str(), Some(digest.as_str()), "op20 began with what op10 left");
     let page = fs::read_to_string(desk.path("out/block-job/job.html")).expect("a page");
     assert!(page.contains("href=\"op10/report.html\"") && page.contains("href=\"op20/report.html\""));
-    // The folder and each setup in it hold against their manifests, from where they lie now.
+    // The folder and each setup in it agree with their manifests, from where they lie now.
     desk.call("verify out/block-job --scene .", 0);
     for name in ["op10", "op20"] {
         desk.call(&format!("verify out/block-job/{name}"), 0);

@@ -22,6 +22,7 @@ mod positions;
 mod programs;
 mod report_page;
 mod reschedule;
+mod reschedule_smooth;
 mod roughness;
 mod scallop;
 mod schedule_recording;

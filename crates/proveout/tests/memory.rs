@@ -82,7 +82,7 @@ impl Case {
         fs::write(folder.join("tools.toml"), TOOLS).expect("written");
     }
 
-    /// Announced memory, largest resident memory, stock at the end, MiB; none where the host does not tell.
+    /// Announced memory, largest resident memory, stock at the end, MiB; none where the host does not say.
     fn measured(&self) -> Option<[f64; 3]> {
         let folder = tempfile::tempdir().expect("temporary folder");
         self.write(folder.path());
@@ -97,7 +97,7 @@ impl Case {
         let text = text.unwrap_or_else(|e| panic!("{}: no run folder ({e})\n{printed}", self.name));
         let info: serde_json::Value = serde_json::from_str(&text).expect("JSON");
         let announced = info["announced_mib"].as_f64().expect("a run of its own is announced");
-        // What is told before the start is what stands in the file.
+        // What is announced before the start is what the file has.
         assert!(printed.contains(&format!("total {announced:.0} of 4096 MiB allowed")), "{printed}");
         Some([announced, info["peak_rss_mib"].as_f64()?, info["stock_mib"]["stock"].as_f64()?])
     }

@@ -14,7 +14,7 @@ use serde_json::Value;
 
 const DEPTH: f64 = 20.0;
 const CLEARANCE: f64 = 1.0;
-/// What is told is at most this much more than needed, mm (`STEP_MM` of the search).
+/// The reported overhang is at most this much more than needed, mm (`STEP_MM` of the search).
 const STEP: f64 = 0.5;
 const HOLDER: f64 = 40.0;
 
@@ -22,7 +22,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
 }
 
-/// Runs the slot with a tool that stands out by `overhang`; gives exit code, what is said, and the run
+/// Runs the slot with a tool that projects by `overhang`; gives exit code, what is said, and the run
 /// folder.
 fn run(folder: &Path, overhang: f64, options: &[&str]) -> (i32, String, PathBuf) {
     let scene = format!(

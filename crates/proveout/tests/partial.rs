@@ -18,7 +18,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned()
 }
 
-/// The lines of a program with so many passes; `last` is what comes behind them.
+/// The lines of a program with so many passes; `last` is what comes after them.
 fn program(passes: usize, last: &str) -> String {
     let mut text =
         String::from("G21 G90 G17 G40 G49 G80 G94\nT1 M6\nG54\nG0 G43 H1 Z60.\nS8000 M3\nG0 X-30. Y0.\nZ5.\n");
@@ -32,7 +32,7 @@ fn program(passes: usize, last: &str) -> String {
 struct Desk(TempDir);
 
 impl Desk {
-    /// The slot; `last` is what comes behind its passes.
+    /// The slot; `last` is what comes after its passes.
     fn new(last: &str) -> Self {
         let desk = Self(tempfile::tempdir().expect("temporary folder"));
         let machine = root().join("machines/three-axis-mill");

@@ -222,7 +222,7 @@ fn a_kinematics_that_the_machine_does_not_list_is_refused() {
 fn repeating_a_point_behind_the_switch_moves_nothing_on_a_machine_with_its_zero_at_home() {
     let text = "%\nO1\nG21 G90 G94 G17\nT1 M6\nG54 G43 H1\nS1000 M3\nG0 B0 C0\nG0 X50. Y50. Z100.\nG1 Z90. F1000\nG49\n\
                 G234 H1\nG1 X50. Y50. Z90. F1000\nG1 X51. Y50. Z90. F1000\nG255\nM30\n%\n";
-    // The part's zero stands at (-50, -50, 140) of the table; the gauge line at home at (-420, 350, 700).
+    // The part's zero is at (-50, -50, 140) of the table; the gauge line at home at (-420, 350, 700).
     let offset = [-50.0 + 420.0, -50.0 - 350.0, 140.0 - 700.0];
     let verdict = Shop::on("bc-trunnion-home-zero", ("part.nc", text), offset).verdict();
     assert!(!codes(&verdict).contains(&"limits-overtravel".to_owned()), "{:?}", codes(&verdict));
@@ -235,7 +235,7 @@ fn repeating_a_point_behind_the_switch_moves_nothing_on_a_machine_with_its_zero_
     }
 }
 
-/// Behind a retraction of the machine axis under tool center point control a turn alone must not bring the
+/// After a retraction of the machine axis under tool center point control a turn alone must not bring the
 /// tool back down.
 #[test]
 fn behind_a_retraction_under_tcp_the_tool_stays_up() {
@@ -259,7 +259,7 @@ fn behind_a_retraction_under_tcp_the_tool_stays_up() {
         let without = text.lines().filter(|l| !l.starts_with('@')).fold(String::new(), |all, l| all + l + "\n");
         let before = shop(&without);
         let length = |v: &Value| number(&v["path"]["length_mm"]);
-        // The tip stands while the table turns by ten degrees; a plunge would add 180 mm and more.
+        // The tip is at rest while the table turns by ten degrees; a plunge would add 180 mm and more.
         let more = length(&turned) - length(&before);
         assert!(more.abs() < 20.0, "{file}: {more} mm more behind the retraction");
         let lowest = |v: &Value| number(&v["axes"]["Z"]["min"]);
@@ -287,7 +287,7 @@ fn a_program_with_g28_is_written_for_a_machine() {
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let written = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(written.lines().any(|l| l.contains("SUPA") && l.contains("Z610")), "{written}");
-    // Looked at as commands, the text stands for itself, with a note.
+    // Looked at as commands, the text is read by itself, with a note.
     let output = proveout(folder.path(), &["nc", "part.nc"]);
     assert!(String::from_utf8_lossy(&output.stdout).contains("machine zero"));
     let output = proveout(folder.path(), &["nc", "part.nc", "--machine", &machine]);

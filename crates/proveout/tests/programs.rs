@@ -1,4 +1,4 @@
-//! No text of a program is dropped without a word, and faults are told early and all, as a user meets it:
+//! No text of a program is dropped without a word, and all faults are reported early, as a user meets it:
 //! `check`, `nc`, `run`.
 
 use std::{
@@ -96,7 +96,7 @@ fn iso(more: &str) -> String {
     ISO.replace('@', more)
 }
 
-/// `proveout check` of one program: exit code and what is told.
+/// `proveout check` of one program: exit code and output.
 fn check(name: &str, text: &str) -> (Option<i32>, String) {
     let shop = Shop::new(name, text.as_bytes());
     let output = shop.call(&["check", name]);
@@ -141,10 +141,10 @@ fn a_wrong_form_is_named_as_what_it_looks_like() {
 #[test]
 fn text_that_is_not_run_fails_the_check_and_names_its_lines() {
     let wrong = [
-        // A head behind code is another program on a Fanuc and a Haas.
+        // A head after code is another program on a Fanuc and a Haas.
         ("late.nc", "G21 G90\n(comment)\n#1=1\nO100\nG0 X1 Y2\nG1 X5 F100\nM30\n", "nc-no-end", "lines 4 to 7"),
         ("colon.nc", "%\nO1\nG21 G0 X0 Y0\n:20 T2 M6\nG0 Z-60.\nM30\n%\n", "nc-no-end", "lines 4 to 6"),
-        // Behind the end.
+        // After the end.
         ("end.nc", "G21 G0 X1. Y1.\nM30\nG0 X2.\nG1 X3. F10\n", "nc-not-run", "lines 3 to 4"),
         ("end.ngc", "g21 g0 x1\nm2\ng0 x2\n", "nc-not-run", "line 3"),
         ("end.mpf", "G0 X1 Y1 Z1\nM30\nX2\n", "nc-not-run", "line 3"),
@@ -198,8 +198,8 @@ fn harmless_text_that_is_not_run_is_a_note_with_its_lines() {
         assert_eq!(status, Some(0), "{name}: {shown}");
         assert!(shown.contains(words) && shown.contains("note: "), "{name}: {shown}");
     }
-    // Nothing of the text is told where all of it is run, or is no text of the program; which control is read
-    // for, is.
+    // Nothing of the text is reported where all of it is run, or is no text of the program; which control is
+    // read for, is.
     let fanuc = "no word identifies the control: read as Fanuc";
     for (name, text, note) in [
         ("heads.ngc", "g21 g90\nO100\ng0 x1\nm2\n", None),
@@ -271,7 +271,7 @@ fn very_many_faults_are_counted() {
     let text = format!("G21 G90\n{}M30\n", "G999\n".repeat(300));
     let (status, shown) = check("part.nc", &text);
     assert_eq!(status, Some(2));
-    // One error of many lines is told once.
+    // One error of many lines is reported once.
     assert_eq!(shown.matches("error: ").count(), 1, "{shown}");
     assert!(shown.contains("the same in lines 3, 4, 5,") && shown.contains("and 250 more errors"), "{shown}");
     let words: String = (0..100).map(|k| format!("G9{k:02}\n")).collect();
@@ -311,7 +311,7 @@ fn a_run_refuses_a_program_that_would_be_dropped() {
 
 #[test]
 fn all_that_a_program_names_is_looked_up_before_it_moves() {
-    // Named behind a long way in feed.
+    // Named after a long way in feed.
     let way = "G1 X1. F1\nX0.\n".repeat(200);
     let text = iso(&format!("{way}G58\nG0 X0. Y0. Z50.\nT7 M6\nG54.1 P3\n#1=#501\nM98 P4000\nT9 M6\nG58\n"));
     let shop = Shop::new("part.nc", text.as_bytes());
@@ -332,7 +332,7 @@ fn all_that_a_program_names_is_looked_up_before_it_moves() {
 
 #[test]
 fn offsets_of_another_tool_are_refused() {
-    // H2 is the length of tool 2; D2 its radius; D3 is nobody's.
+    // H2 is the length of tool 2; D2 its radius; D3 belongs to no tool.
     let text = iso("").replace("G43 H1", "G43 H2");
     Shop::new("part.nc", text.as_bytes()).refused(1, &["part.nc:8:", "offset 2 is that of tool T2", "T1", "write H1"]);
     let text = iso("").replace("G43 H1", "G43 H21");

@@ -1,5 +1,5 @@
 //! Roughness maps on the command line: the scene with teeth and run-out, as it is, with tolerances that it
-//! misses, and with teeth that nobody describes.
+//! misses, and with teeth that are not described.
 
 use std::{
     fs,

@@ -63,7 +63,7 @@ fn write(folder: &Path, wide: bool, tolerances: &str, part: &str) {
 
 const PART: &str = "[part]\nmesh = \"part.obj\"\njudged_box = { min_mm = [4, 3, 8], max_mm = [16, 9, 10] }\n";
 
-/// Exit code, verdict where there is one, and what was told.
+/// Exit code, verdict where there is one, and output.
 fn run(wide: bool, tolerances: &str, part: &str) -> (i32, Option<Value>, String) {
     let folder = tempfile::tempdir().expect("temporary folder");
     write(folder.path(), wide, tolerances, part);
@@ -125,7 +125,7 @@ fn one_row_that_is_missing_fails_at_its_place() {
     assert!((point[1].as_f64().expect("y") - 6.0).abs() < 1e-3, "{finding}");
     // Rows begin in line 8, two lines each: the ridge is that of the rows at Y 5.5 and 6.5.
     assert!(reason.contains("main.nc:39") && reason.contains("main.nc:41"), "{reason}");
-    // The mean hardly tells of it.
+    // The mean hardly shows it.
     let surface = &verdict["surface"];
     assert!(surface["scallop_mean_um"].as_f64().expect("a mean") < 14.0);
 }
@@ -268,7 +268,7 @@ fn a_height_that_is_none_or_has_no_design_is_refused_by_name() {
     }
 }
 
-/// A dip of the ball to 0.21 mm between rays 0.4 mm apart: the finding tells the deepest place, not that of
+/// A dip of the ball to 0.21 mm between rays 0.4 mm apart: the finding names the deepest place, not that of
 /// the nearest ray (which is up to 0.2^2 / 3 = 13 micrometers higher).
 #[test]
 fn a_gouge_between_the_rays_has_its_whole_depth() {

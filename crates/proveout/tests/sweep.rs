@@ -380,7 +380,7 @@ fn a_sweep_that_cannot_be_planned_is_reported_with_its_place_and_nothing_is_writ
     assert!(words.contains("plan.json"), "{words}");
 }
 
-/// All files of a folder and what is in them, but for the one that tells of time and memory.
+/// All files of a folder and what is in them, but for the one with time and memory.
 fn folder_of(path: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(path).expect("a run folder").map(|e| e.expect("an entry").path());
     let name = |p: &Path| p.file_name().expect("a name").to_string_lossy().into_owned();
@@ -393,9 +393,10 @@ fn write_program(folder: &Path, name: &str, lines: &str) {
 }
 
 #[test]
+#[ignore = "nightly, 38 s"]
 fn a_run_in_shards_leaves_the_bytes_of_a_run_that_was_never_split() {
-    // Two cuts, then the spindle comes down to the block within a stretch, and the nose stands in it; a part
-    // that is cut off, and cuts behind that; a patch of finer cells, the history and the engagement beside.
+    // Two cuts, then the spindle comes down to the block within a stretch, and the nose is in it; a part
+    // that is cut off, and cuts after that; a patch of finer cells, the history and the engagement as well.
     let (slots, down) = ("G0 X5 Y-30\nG0 Z5\nG0 Z-9\nG1 Y30 F600\nG0 Z10\n", "G0 X-10 Y0\nG0 Z-100\nG0 Z50\n");
     let off = slots.replace("Z-9", "Z-21") + "G0 X-10 Y-30\nG0 Z-5\nG1 Y30 F600\nG0 Z10\n";
     let near = format!("{slots}{down}{slots}");
@@ -465,7 +466,7 @@ fn shards_that_are_missing_damaged_or_of_another_plan_are_named_and_cut_again_al
     run_expecting(&["sweep", "merge", "out"], at, 3);
     assert!(folder_of(&at.join("out/run")) == whole);
 
-    // A second plan of the same files changes nothing; motion that was changed behind the plan is found.
+    // A second plan of the same files changes nothing; motion that was changed after the plan is found.
     let (words, _) = run_expecting(&["sweep", "plan", ".", "--output", "out"], at, 0);
     assert!(words.contains("4 unchanged since the last plan"), "{words}");
     let motion = at.join("out/motion.bin");

@@ -1,4 +1,4 @@
-//! `proveout measure` on files of texture: profiles and height maps, what is named beside the values, and
+//! `proveout measure` on files of texture: profiles and height maps, what is named with the values, and
 //! what it refuses.
 
 use std::{

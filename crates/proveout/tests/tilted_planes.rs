@@ -1,9 +1,9 @@
-//! Rapid motions on a tilted plane as posts write them: X and Y first, Z behind the tool length. The axis
+//! Rapid motions on a tilted plane as posts write them: X and Y first, Z after the tool length. The axis
 //! without a word stays where the machine has it, so that the tool passes over the post; one block with all
 //! three goes straight through it.
 //!
 //! ```text
-//!   z |  start .---------<---------.   X Y, at the height where the machine stands
+//!   z |  start .---------<---------.   X Y, at the height where the machine is
 //!     |        |          . - '
 //!     |        v    . - '[post]        one block: the straight line
 //!     |   end  '- '
@@ -53,7 +53,7 @@ box = [{ min_mm = [-50, -50, 10], max_mm = [50, 50, 100] }]
 const TOOLS: &str = "[[tool]]\nnumber = 1\nname = \"T1\"\nkind = \"flat\"\ndiameter_mm = 6\nflute_length_mm = 20\nshank_diameter_mm = 6\n\
                      gauge_length_mm = 80\nflutes = 2\ncenter_cutting = true\nholder = { sections = [{ diameter_mm = 20, length_mm = 30 }] }\n";
 
-/// Stands at x 50 and z 60 of the machine when the table is turned by B30.
+/// Is at x 50 and z 60 of the machine when the table is turned by B30.
 const POST: &str =
     "[[fixture]]\nname = \"post\"\nframe = \"table\"\nbox = { min_mm = [63, -15, 17], max_mm = [83, 15, 37] }\n";
 
@@ -74,7 +74,7 @@ fn machine(z_rapid: u32) -> String {
     MACHINE.replacen("\n[[joint]]", &(joints.concat() + "\n[[joint]]"), 1)
 }
 
-/// A shop with a part of 20 x 20 x 10 mm below the zero and the post beside it.
+/// A shop with a part of 20 x 20 x 10 mm below the zero and the post next to it.
 struct Shop(TempDir);
 
 impl Shop {
@@ -106,7 +106,7 @@ impl Shop {
         self.0.path()
     }
 
-    /// Exit code and what is told of a call.
+    /// Exit code and output of a call.
     fn call(&self, line: &str) -> (Option<i32>, String) {
         let output = Command::new(env!("CARGO_BIN_EXE_proveout"))
             .current_dir(self.path())
@@ -167,7 +167,7 @@ fn an_axis_without_a_word_stays_where_the_machine_has_it() {
     }
 }
 
-/// The machine file says how rapids run, on a tilted plane too: with a slow Z the tool is beside the post
+/// The machine file says how rapids run, on a tilted plane too: with a slow Z the tool is next to the post
 /// before it comes down.
 #[test]
 fn the_machine_says_how_rapids_run_on_a_plane() {
@@ -181,7 +181,7 @@ fn the_machine_says_how_rapids_run_on_a_plane() {
     }
 }
 
-/// The rest of the program goes on from there: an arc on the plane has its start, and a text that ends behind
+/// The rest of the program goes on from there: an arc on the plane has its start, and a text that ends after
 /// X and Y is none that is refused.
 #[test]
 fn lengths_found_at_x_and_y_hold_after_the_tool_length() {
@@ -196,13 +196,13 @@ fn lengths_found_at_x_and_y_hold_after_the_tool_length() {
     let ends = "%\nO1\nG17 G21 G90\nT1 M6\nG54\nG68.2 X0. Y0. Z0. I90. J30. K-90.\nG53.1\nG0 X0. Y0.\nM30\n%\n";
     let (code, output) = Shop::new(&machine(18_000), "fanuc", "", ends).call("nc main.nc");
     assert_eq!(code, Some(0), "{output}");
-    // Feed to a place that nobody knows is refused.
+    // Feed to a place that is not known is refused.
     let feed = ends.replace("G0 X0. Y0.", "G1 X0. Y0. F100.");
     let (code, output) = Shop::new(&machine(18_000), "fanuc", "", &feed).call("nc main.nc");
     assert!(code == Some(2) && output.contains("nc-position-unknown") && output.contains("main.nc:8:"), "{output}");
 }
 
-/// PLANE with MOVE and DIST: the tool stands 20 mm over the zero, and does so behind the turn.
+/// PLANE with MOVE and DIST: the tool is 20 mm over the zero, and still is after the turn.
 #[test]
 fn plane_move_turns_the_tool_about_the_point_ahead_of_its_tip() {
     let program = |plane: &str| {
@@ -224,7 +224,7 @@ fn plane_move_turns_the_tool_about_the_point_ahead_of_its_tip() {
     // From one plane to another, where the control holds the tip already: 20 mm over the zero of both.
     let again = "6 PLANE SPATIAL SPA+0 SPB+15 SPC+0 TURN FMAX\n7 L X+0 Y+0 Z+20 FMAX\n8 PLANE SPATIAL SPA+0 SPB+30 SPC+0 MOVE DIST20 F1000";
     assert!((volume(&run(again)) - expected).abs() < 1e-6 * expected, "{} {expected}", volume(&run(again)));
-    // About the tip itself the tool comes to stand 20 mm beside, off the plane's zero by 20 sin 30.
+    // About the tip itself the tool comes to lie 20 mm aside, off the plane's zero by 20 sin 30.
     let beside = volume(&run("6 PLANE SPATIAL SPA+0 SPB+30 SPC+0 MOVE DIST0 F1000"));
     assert!((beside - expected).abs() > 1.0, "{beside} {expected}");
     let shop =
@@ -233,7 +233,7 @@ fn plane_move_turns_the_tool_about_the_point_ahead_of_its_tip() {
     assert!(code == Some(2) && output.contains("DIST without MOVE") && output.contains("main.h:7:"), "{output}");
 }
 
-/// F9999 of an old program: a feed that is told, or rapid traverse where the control file says so.
+/// F9999 of an old program: a feed that is reported, or rapid traverse where the control file says so.
 #[test]
 fn the_highest_f_of_an_old_program_is_reported_or_stated() {
     let program = "0 BEGIN PGM A MM\n1 TOOL CALL 1 Z S3000\n2 CYCL DEF 247 Q339=+1\n3 L X+0 Y+0 R0 F9999 M3\n4 L Z+10\n5 L Z-3\n\
@@ -265,7 +265,7 @@ fn a_word_that_moves_nothing_is_a_note() {
     assert!(verdict["findings"].to_string().contains("rigid tap and a compensating chuck"), "{}", verdict["findings"]);
 }
 
-/// A fault of a modal cycle is told at the position, with the line of its MCALL.
+/// A fault of a modal cycle is reported at the position, with the line of its MCALL.
 #[test]
 fn a_fault_of_a_modal_cycle_names_both_lines() {
     let program = "G17 G54 G90 G94 G710\nT1 D1 M6\nS3000 M3 F200\nG0 X0 Y0 Z10\nMCALL CYCLE81(10,20,2,-5)\nG0 X5\nG0 X8\n\
@@ -275,7 +275,7 @@ fn a_fault_of_a_modal_cycle_names_both_lines() {
     assert!(output.contains("main.mpf:6:") && output.contains("that of `MCALL CYCLE81` in line 5"), "{output}");
 }
 
-/// What a post writes beside the path is read, told, or refused by its name with a way out.
+/// What a post writes in addition to the path is read, reported, or refused by its name with a way out.
 #[test]
 fn words_of_posts_are_read_reported_or_refused_by_name() {
     let check = |dialect: &str, program: &str, control: &str| {

@@ -93,7 +93,7 @@ fn derivatives_normal_and_curvatures_agree_with_differences() {
         for _ in 0..10_000 {
             let mut u = draw.within(domain.u);
             let mut v = draw.within(domain.v);
-            // On such lines one side is asked beside it.
+            // On such lines one side is asked next to it.
             if let Some(line) = breaks.iter().find(|b| {
                 let off = (u - **b).abs();
                 off.min(domain.u[1] - domain.u[0] - off) < 3.0 * step[0]
@@ -147,6 +147,7 @@ fn derivatives_normal_and_curvatures_agree_with_differences() {
 }
 
 #[test]
+#[ignore = "nightly, 55 s"]
 fn the_nearest_point_is_that_of_brute_force() {
     let (mut proved, mut asked) = (0_usize, 0_usize);
     for (name, surface) in kinds() {
@@ -161,7 +162,7 @@ fn the_nearest_point_is_that_of_brute_force() {
             let [u, v] = [draw.within(domain.u), draw.within(domain.v)];
             let at = surface.local(u, v);
             let aside = Vector::new(draw.next() - 0.5, draw.next() - 0.5, draw.next() - 0.5);
-            // On the surface, beside it inside and outside, far away and beyond the rims.
+            // On the surface, next to it inside and outside, far away and beyond the rims.
             let p = match k % 4 {
                 0 => at.point,
                 1 => at.point + at.normal * (draw.next() - 0.5),
@@ -237,7 +238,7 @@ fn a_blade_through_sections_is_the_one_they_were_taken_from() {
     }
 }
 
-/// A surface of which nothing is known without a search.
+/// A surface that nothing is known about without a search.
 #[derive(Debug)]
 struct Searched(Arc<dyn ParametricSurface>);
 
@@ -259,8 +260,8 @@ impl ParametricSurface for Searched {
     }
 }
 
-/// Platforms and ends that are nearer than all of the airfoil are told without its foot, and as they are told
-/// with it.
+/// Platforms and ends that are nearer than all of the airfoil are given without its foot, and as they are
+/// given with it.
 #[test]
 fn results_with_and_without_a_foot_agree() {
     let plate = Plate { fillet_radius: 3.0, thickness: 6.0, y: [-30.0, 30.0], z: [-30.0, 30.0] };
@@ -273,7 +274,7 @@ fn results_with_and_without_a_foot_agree() {
             let blade = BladeSolid::new(Arc::clone(&surface), ends, allowance).expect("a blade");
             let searched = BladeSolid::new(Arc::new(Searched(Arc::clone(&surface))), ends, allowance).expect("a blade");
             for k in 0..40 {
-                // On and beside the platform's faces, in the fillet, beyond the tip, anywhere.
+                // On and next to the platform's faces, in the fillet, beyond the tip, anywhere.
                 let x = match k % 4 {
                     0 => draw.within([1.5, 3.0]),
                     1 => draw.within([-6.0, 8.0]),
@@ -288,6 +289,7 @@ fn results_with_and_without_a_foot_agree() {
 }
 
 #[test]
+#[ignore = "nightly, 26 s"]
 fn a_surface_is_beyond_what_is_nearer_than_its_foot_and_never_beyond_its_foot() {
     let mut draw = Draw(12);
     for (name, surface) in kinds() {

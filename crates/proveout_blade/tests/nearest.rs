@@ -4,7 +4,7 @@
 //! Blades: without twist, as of a compressor, twisted by one and by three degrees a millimeter; with and
 //! without platform; a section of constant thickness (all circles of its concave side have one center), one
 //! thinner in the middle, one nearly straight, one bent by 145 degrees. Points: anywhere round the blade, on
-//! the camber line, the X axis and the axis of the camber line, on all faces and beside them, within and
+//! the camber line, the X axis and the axis of the camber line, on all faces and next to them, within and
 //! beyond the edges of tip and platform, in the center of the fillet, and far away.
 #![allow(clippy::unwrap_used, reason = "a failed test says why")]
 
@@ -266,7 +266,7 @@ fn points(blade: &Blade, platform: bool, random: &mut Random) -> Vec<Point> {
             points.push(turned(pivot, x));
         }
         points.push(Point::new(random.range(-20.0, 50.0), 0.0, 0.0));
-        // Over the tip and its edge, under the platform and beside its edges.
+        // Over the tip and its edge, under the platform and next to its edges.
         let (_, [p, s]) = section.pair(random.range(0.0, 1.0), random.range(-0.8, 3.0));
         points.push(turned(if k % 2 == 0 { p.position } else { s.position }, TIP + random.range(-0.9, 3.0)));
         if platform {
@@ -294,7 +294,7 @@ fn no_point_of_the_surface_is_nearer_and_the_sign_is_that_of_the_solid() {
             let least = brute.distance(&p);
             let scale = 1.0 + 1e-9 * p.coords.norm();
             assert!(d <= least + NEAREST_ERROR_MM * scale, "{p} {found:?} {least} twist {twist}");
-            // Not farther either: the slow search may stop beside a minimum that is flat, but what was found
+            // Not farther either: the slow search may stop next to a minimum that is flat, but what was found
             // is a point of the surface.
             assert!(((p - found.point).norm() - d).abs() < 1e-9 * scale, "{p} {found:?}");
             assert!(

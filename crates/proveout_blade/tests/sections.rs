@@ -1,4 +1,4 @@
-//! Sections from files: a published rotor where it lies beside the checkout, and files that hold none.
+//! Sections from files: a published rotor where it lies next to the checkout, and files that hold none.
 
 use std::{io::Write, path::Path};
 
@@ -6,7 +6,7 @@ use proveout_blade::{FOOT_ERROR_MM, ParametricSurface, PointedSection, SectionsE
 use proveout_geom::Point;
 
 /// The published profiles of NASA Rotor 37 as a section file: points 1 to 25 and 277 to 300 are the leading
-/// edge, 127 to 175 the trailing edge, as their spacing tells. Centimeter become millimeter, the radial Z
+/// edge, 127 to 175 the trailing edge, as their spacing shows. Centimeter become millimeter, the radial Z
 /// becomes X.
 fn rotor37(folder: &Path) -> String {
     let mut text = "section,part,x_mm,y_mm,z_mm\n".to_owned();
@@ -39,7 +39,7 @@ fn sections_of_nasa_rotor_37_are_reproduced() {
     let folders =
         checkout.ancestors().skip(1).take(2).map(|dir| dir.join("shared/cases/nasa-rotor37/tutorials/rotor37"));
     let Some(folder) = folders.into_iter().find(|folder| folder.is_dir()) else {
-        // Past the capture of the test program, so that nobody takes it for tried.
+        // Past the capture of the test program, so that no one takes it for tried.
         let _ = std::io::stderr().write_all(
             b"\nLEFT OUT: sections of NASA Rotor 37: shared/cases/nasa-rotor37 is not beside the checkout\n",
         );
@@ -72,7 +72,7 @@ fn sections_of_nasa_rotor_37_are_reproduced() {
             between = between.max(half.foot(p).distance);
         }
     }
-    // The published points themselves scatter: every second one lies some tenths to five micrometers beside
+    // The published points themselves scatter: every second one lies some tenths to five micrometers off
     // the curve through the others, all along the sides, whatever the curve.
     assert!(between < 6e-3, "{between}");
     scatter(&sections);
@@ -86,7 +86,7 @@ fn sections_of_nasa_rotor_37_are_reproduced() {
     }
 }
 
-/// Where a polynomial through `degree + 1` points beside each point of a side, the nearest at `stride`
+/// Where a polynomial through `degree + 1` points next to each point of a side, the nearest at `stride`
 /// places, misses it square to the side: root mean square, mm (Lagrange's form over the chord length).
 fn left_out(side: &[Point], degree: usize, stride: usize) -> f64 {
     let mut length = vec![0.0];

@@ -1,5 +1,5 @@
-//! Distance of two meshes of 10,000 and 100,000 triangles, near and far, asked for anew at places beside each
-//! other; and what the query library takes for the same.
+//! Distance of two meshes of 10,000 and 100,000 triangles, near and far, asked for again at places next to
+//! each other; and what the query library takes for the same.
 #![allow(missing_docs, clippy::print_stdout, reason = "the macros make items without documentation; a bench prints")]
 
 use std::hint::black_box;

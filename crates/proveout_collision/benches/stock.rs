@@ -1,5 +1,5 @@
-//! Prints what the check of machine bodies against the stock costs beside the cut: the boxes over the tiles,
-//! a query that the raw box answers, one that goes to the rays, and a pass of finishing moves with its
+//! Prints what the check of machine bodies against the stock costs in addition to the cut: the boxes over the
+//! tiles, a query that the raw box answers, one that goes to the rays, and a pass of finishing moves with its
 //! refreshes.
 //!
 //! `cargo bench -p proveout_collision --bench stock`

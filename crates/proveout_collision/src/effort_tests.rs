@@ -206,6 +206,7 @@ fn what_is_proved_with_little_effort_is_true() {
 
 /// The same of a body in all its places: at both ends, between them on a slide, and shifted.
 #[test]
+#[ignore = "nightly, 16 s"]
 fn what_is_proved_of_all_places_with_little_effort_is_true() {
     let mut random = Random(0x2545_f491_4f6c_dd1d);
     let (mut exact, mut short) = (0, 0);

@@ -7,7 +7,7 @@
 //! decades; walls of 0.2 mm; grazes along a wall and over its top; swings of 90 to 350 degrees in both
 //! senses; corners passed at any angle within their normal cone, and motions of 400 mm in one piece; motions
 //! split into 1 to 6 unequal pieces; any direction in the plane; the clearance zero and above; bodies inside
-//! that stand still or move along.
+//! that are at rest or move along.
 //!
 //! Of every event it is known whether the parts meet, and when first. Those that meet are found, never late,
 //! and no further apart than what is stated: 0.2 micrometers, and 1e-5 mm for rounding. Those that miss are
@@ -108,7 +108,7 @@ fn graze(random: &mut Random, depth: f64) -> Event {
         let wall = random.next(-40.0, 60.0);
         let body = fixture([wall, -20.0, 0.0], [wall + 0.2, 20.0, 65.0], turn);
         let ends = [-100.0, 100.0].map(|y| at(turned(Point::new(wall - R + depth, y, 50.0), turn), 0.0));
-        // The edge at y = -20 is met first; behind it the face keeps the depth.
+        // The edge at y = -20 is met first; after it the face keeps the depth.
         let (first, near) = past_a_point(depth, 80.0, 200.0);
         let distance = Box::new(move |t: f64| if 200.0 * t < 80.0 { near(t) } else { -depth });
         return Event { what: "along a wall".into(), body, from: ends[0], to: ends[1], first, distance };
@@ -130,7 +130,7 @@ fn swing(random: &mut Random, depth: f64) -> Event {
     let corner = end.hypot(half);
     let center = corner + R - depth;
     let swing = random.next(90.0, 350.0_f64).to_radians();
-    // How long before the middle of the cutter the middle of the wall stands at the begin: the cutter is
+    // How long before the middle of the cutter the middle of the wall is at the begin: the cutter is
     // clear of it at both ends.
     let clear = 1.2 * (R / center).asin() + 0.1;
     let begin = random.next(clear, swing - clear);
@@ -179,7 +179,7 @@ fn least_of_all(check: &mut Interference, event: &Event) -> [f64; 2] {
             assert!(touches, "a gap: {w:?}");
         }
     }
-    // The event tells of the nearest of the parts of the tool.
+    // The event names the nearest of the parts of the tool.
     for k in 0..=200 {
         let t = f64::from(k) / 200.0;
         let q = event.from.interpolated(event.to, t);
@@ -199,7 +199,7 @@ fn least_of_all(check: &mut Interference, event: &Event) -> [f64; 2] {
     [proved, least.iter().filter_map(|p| p.measured).fold(f64::INFINITY, f64::min)]
 }
 
-/// A small block wholly inside of the holder, or beside it; it stands still or is passed along the axis.
+/// A small block wholly inside of the holder, or next to it; it is at rest or is passed along the axis.
 fn inside(random: &mut Random, depth: f64) -> Event {
     let turn = random.next(0.0, TAU);
     let (half, height) = (random.next(0.5, 5.0), random.next(1.0, 4.0));

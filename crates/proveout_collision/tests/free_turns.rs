@@ -20,7 +20,7 @@ fn pose(turn: &AxisTurn, center: Point, angle: f64, radius: f64) -> ToolPose {
     ToolPose { tip: center - axis * radius, axis }
 }
 
-/// A post beside a wall: what is told to be free is free for every center of the drift, and what is not is
+/// A post next to a wall: what is reported free is free for every center of the drift, and what is not is
 /// met a little farther on.
 #[test]
 fn free_angles_are_free_and_end_where_the_tool_meets_the_solids() {

@@ -119,7 +119,7 @@ fn random_motions_are_never_late_and_never_missed() {
         let corner = [random.next(-60.0, 20.0), random.next(-60.0, 20.0), random.next(0.0, 60.0)];
         let size = [random.next(1.0, 60.0), random.next(1.0, 60.0), random.next(1.0, 60.0)];
         let b = block(corner, std::array::from_fn(|i| corner[i] + size[i]));
-        // Both ends stand outside, on opposite sides, so that many ways cross.
+        // Both ends are outside, on opposite sides, so that many ways cross.
         let side = random.next(70.0, 130.0);
         let mut any = |x: f64, tilt: f64| {
             let (y, z) = (random.next(-60.0, 60.0), random.next(20.0, 100.0));
@@ -253,7 +253,7 @@ fn a_turning_table_swings_its_fixture_into_the_tool() {
     let clamp = block([90.0, -10.0, 0.0], [110.0, 10.0, 120.0]);
     let mut check = Interference::new(&machine, &[fixture("clamp", &clamp)], 0.0).expect("solids");
     check.set_tool(Some(&tool()));
-    // C turns by 350 degrees in one piece; the tip stands at radius 100 in the direction of 180 degrees.
+    // C turns by 350 degrees in one piece; the tip is at radius 100 in the direction of 180 degrees.
     let (from, to) = (at(-100.0, 0.0, 50.0, 0.0, 0.0), at(-100.0, 0.0, 50.0, 0.0, 350.0));
     check.check_piece(&from, &to, [0.0, 1.0], 0.0);
     let cutter = check.breaches().iter().find(|b| b.kinds[0] == PartKind::Cutter).expect("hit");
@@ -439,8 +439,8 @@ fn bad_input_is_refused_or_counts_as_a_collision() {
     assert!(!new.is_empty() && check.breaches()[new].iter().all(|b| b.severity == Severity::QueryFailed));
 }
 
-/// Of a mesh with a hole the surface counts, and nobody says that something is inside; a solid that holds it
-/// is still told.
+/// Of a mesh with a hole the surface counts, and nothing shows that something is inside; a solid that holds
+/// it is still reported.
 #[test]
 fn an_open_mesh_has_a_surface_and_no_inside() {
     let machine = machine();
@@ -511,7 +511,7 @@ fn the_shipped_machines_stand_free_at_home_with_every_shipped_tool() {
 fn a_joint_that_turns_back_within_a_piece_is_held_by_what_it_leaves_its_straight_motion_by() {
     let machine = machine();
     let wall = block([8.0, -20.0, 0.0], [40.0, 20.0, 65.0]);
-    // The cutter of radius 6 stands 2 mm from the wall.
+    // The cutter of radius 6 is 2 mm from the wall.
     let stand = at(0.0, 0.0, 50.0, 0.0, 0.0);
     let run = |out: f64, off: f64| {
         let mut check = Interference::new(&machine, &[fixture("wall", &wall)], 0.0).expect("solids");

@@ -87,7 +87,7 @@ fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
         for pair in &least {
             let spans = spans_of(&check, pair);
             if pair.neighbors {
-                // The check of the motion alone tells of them.
+                // The check of the motion alone reports them.
                 let near = check.breaches().iter().any(|b| b.pair == pair.pair);
                 assert!(spans.is_empty() && pair.measured.is_some() == near, "{name} {pair:?}");
                 assert_eq!(pair.proved, if near { 0.0 } else { 0.5 });
@@ -151,7 +151,7 @@ fn spans_hold_at_every_time_and_the_least_is_true_to_a_micrometer() {
 }
 
 /// A fin on a table that turns towards a pillar on the base and back: at all turns it would hit it, so that
-/// turns must be followed, and pieces cut to tell the least distance to a micrometer. Distances of the solids
+/// turns must be followed, and pieces cut to find the least distance to a micrometer. Distances of the solids
 /// at many moments hold every span.
 #[test]
 fn turns_are_followed_where_the_hull_of_all_of_them_is_too_near() {

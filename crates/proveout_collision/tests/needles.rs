@@ -180,8 +180,8 @@ fn a_needle_beside_the_tool_has_its_distance() {
     }
 }
 
-/// Straight past a needle, and with a needle that turns beside the tool. A gap of micrometers that lasts over
-/// a whole turn takes seconds to prove, step by step, so that there are fewer of these.
+/// Straight past a needle, and with a needle that turns next to the tool. A gap of micrometers that lasts
+/// over a whole turn takes seconds to prove, step by step, so that there are fewer of these.
 #[test]
 fn a_needle_that_is_passed_is_no_contact() {
     let mut random = Random::new(0x9e37_79b9_7f4a_7c15);

@@ -152,7 +152,7 @@ fn what_is_proved_of_neighbors_is_not_asked_for_again() {
     assert!(check.effort().share_by_allowance() > 0.9, "{:?}", check.effort());
 }
 
-/// A carriage drawn into its guide runs against a stop that stands beside the guide.
+/// A carriage drawn into its guide runs against a stop next to the guide.
 #[test]
 fn a_carriage_that_runs_against_its_stop_is_found_at_its_place() {
     let at = |stop: f64| {

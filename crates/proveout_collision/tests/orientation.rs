@@ -87,7 +87,7 @@ fn a_shank_in_a_straight_slot_leans_as_far_as_its_edges_let_it() {
         let map = space(&tool, &solids, &OrientationSettings { clearance, ..settings }).map(&on_floor()).unwrap();
         assert_eq!(map.refusal(), None);
         // The upper edge of a wall, seen from the ball center: `half` aside and `depth - 3` up; its distance
-        // from the axis is that times (cos, -sin) of the tilt. Its foot stands far above the flutes.
+        // from the axis is that times (cos, -sin) of the tilt. Its foot is far above the flutes.
         let limit = ((3.0 + clearance) / half.hypot(depth - 3.0)).asin();
         let limit = (half / (depth - 3.0)).atan() - limit;
         for yaw in [FRAC_PI_2, -FRAC_PI_2] {
@@ -262,10 +262,10 @@ fn no_pose_of_a_free_cell_touches_and_none_of_a_blocked_one_is_clear() {
     let (mut tried, mut free, mut blocked, mut unknown, mut refused) = (0, 0, 0, 0, 0);
     let mut scene = 0;
     while tried < poses {
-        // Corners of the generator: every kind of cutter; contacts on the floor, beside a wall (down to where
-        // the ball does not fit), on the edge of the floor and on a wall with its normal aside; walls that
-        // are cut and others, thin ones, one over the contact, one far away; no gouge allowance to speak of,
-        // no clearance; tilts at 0, at the limit, and yaws at the seam.
+        // Corners of the generator: every kind of cutter; contacts on the floor, next to a wall (down to
+        // where the ball does not fit), on the edge of the floor and on a wall with its normal aside; walls
+        // that are cut and others, thin ones, one over the contact, one far away; no gouge allowance to speak
+        // of, no clearance; tilts at 0, at the limit, and yaws at the seam.
         let tool = &tools[scene % tools.len()];
         let settings = OrientationSettings {
             finest_cell: [1.0_f64, 2.0, 4.0][scene % 3].to_radians(),
@@ -305,7 +305,7 @@ fn no_pose_of_a_free_cell_touches_and_none_of_a_blocked_one_is_clear() {
             let yaw = if n % 13 == 0 { -PI } else { random.next(-PI, PI) };
             let pose = space.pose(&contact, tilt, yaw).unwrap();
             if n % 10 == 0 && matches!(tool.number, 4 | 5) && yaw != 0.0 {
-                // At the pole the axis alone does not tell the pose of a bull-nose.
+                // At the pole the axis alone does not fix the pose of a bull-nose.
                 continue;
             }
             let state = map.state(&pose.axis).unwrap();
@@ -317,7 +317,7 @@ fn no_pose_of_a_free_cell_touches_and_none_of_a_blocked_one_is_clear() {
                     assert!(clear >= settings.clearance - 1e-9, "scene {scene}, {}: {clear} {pose:?}", tool.name);
                     assert!(deep <= settings.gouge + 1e-9, "scene {scene}, {}: {deep} deep {pose:?}", tool.name);
                 }
-                // Points stand 0.7 mm along and a 24th of a circle of 16 mm apart.
+                // Points lie 0.7 mm along and a 24th of a circle of 16 mm apart.
                 AxisState::Blocked => {
                     blocked += 1;
                     let near = clear < settings.clearance + 3.0 || deep > 0.0 || map.refusal().is_some();

@@ -119,7 +119,7 @@ fn boxes(
     Event { what, machine, stock, mount: Pose::identity(), way, distance: Box::new(distance), hit }
 }
 
-/// By how much a face stands off, mm: below zero for hits.
+/// By how much a face is off, mm: below zero for hits.
 fn gap(random: &mut Random, hit: bool, cells: [f64; 3]) -> f64 {
     let by = random.next(0.001, 0.1);
     if hit { -by } else { Vector::from(cells).norm() + TOLERANCE_MM + by }
@@ -139,7 +139,7 @@ fn event(random: &mut Random, family: u32) -> Event {
             let fin = if random.yes() { [x, -length, x + thin, length] } else { [-length, x, length, x + thin] };
             let fin = block([fin[0], fin[1], 0.0], [fin[2], fin[3], height]);
             let head = block([-3.0, -3.0, 0.0], [3.0, 3.0, 20.0]);
-            // Away from the tower; the way may end over the fin or behind it.
+            // Away from the tower; the way may end over the fin or beyond it.
             let a = random.next(-1.5, 1.5);
             let (from, to) = (random.next(45.0, 80.0), random.next(0.0, 40.0));
             let way = [from, -to].map(|s| linear(s * a.cos(), s * a.sin(), height + off));
@@ -182,7 +182,7 @@ fn event(random: &mut Random, family: u32) -> Event {
         4 => {
             let radius = random.next(0.6, 3.0) * Vector::from(cells).norm();
             let arm = random.next(10.0, 60.0);
-            // Where it stands at C0, and from where to where it goes: past 0, or short of it.
+            // Where it is at C0, and from where to where it goes: past 0, or short of it.
             let swing = rad(random.next(90.0, 350.0));
             let reaches = random.next(0.0, 1.0) < 0.8;
             let begin = -random.next(0.2, 0.8) * swing;
@@ -319,7 +319,7 @@ fn material_that_was_cut_before_is_no_obstacle() {
         assert_eq!(check.motions(), 60);
         let found = check.breaches();
         if meets {
-            // The face of the head is 20 mm behind the tip; the slot's side walls, 3.5 mm from its middle,
+            // The face of the head is 20 mm back from the tip; the slot's side walls, 3.5 mm from its middle,
             // are 3.5 - 3.25 = 0.25 mm too near.
             assert_eq!(found.len(), 1, "{found:?}");
             assert!((33.5..=35.0).contains(&found[0].time), "{found:?}");
@@ -329,8 +329,8 @@ fn material_that_was_cut_before_is_no_obstacle() {
     }
 }
 
-/// A table that turns flush in its cradle: no collision, whichever way it turns; a cheek that stands up
-/// beside the stock is still seen, also by a plate of 1 mm, which is all in the layer (1.57 mm) that counts
+/// A table that turns flush in its cradle: no collision, whichever way it turns; a cheek that rises
+/// next to the stock is still seen, also by a plate of 1 mm, which is all in the layer (1.57 mm) that counts
 /// for nothing against the cradle's face.
 #[test]
 fn a_cradle_flush_with_the_table_is_no_collision_and_its_cheek_is() {
@@ -435,7 +435,7 @@ fn joints_that_leave_the_straight_motion_are_held_against_the_distance() {
     }
 }
 
-/// The last ray may stand a whole cell beside the edges of a block: half a diagonal would miss what touches
+/// The last ray may lie a whole cell from the edges of a block: half a diagonal would miss what touches
 /// its corner.
 #[test]
 fn a_corner_needs_the_whole_diagonal() {

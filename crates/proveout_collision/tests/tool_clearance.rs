@@ -54,8 +54,8 @@ fn the_distance_is_that_of_densely_sampled_points() {
         let tip = Point::new(80.0 * (random() - 0.5), 60.0 * (random() - 0.5), 20.0 * random());
         let pose = ToolPose { tip, axis };
         let (found, points) = (clearance.distance(&pose, 60.0), sampled(&tool, &pose, &solid).min(60.0));
-        // Points stand up to 0.25 mm along and 30 mm * 3.75 degrees = 2 mm round off the nearest place of a
-        // flange, which lies below the circle's chord by 30 mm * (1 - cos 3.75 degrees) = 0.07 mm, or beside
+        // Points lie up to 0.25 mm along and 30 mm * 3.75 degrees = 2 mm round off the nearest place of a
+        // flange, which lies below the circle's chord by 30 mm * (1 - cos 3.75 degrees) = 0.07 mm, or next to
         // an edge of the box by all of it.
         assert!(found <= points + 1e-9 && points - found < 2.1, "{found} {points} {pose:?}");
         near += u32::from(found > 0.0 && found < 60.0);

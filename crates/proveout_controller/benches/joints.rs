@@ -1,7 +1,7 @@
 //! Blocks planned a second where the joints rule the time, not the feed: a five-axis raster over waves whose
 //! flanks turn the tool axis by up to 3.8 degrees in a block of 0.5 mm.
 //!
-//! The first line of each row tells what is planned, with the processor's instructions to be counted from
+//! The first line of each row says what is planned, with the processor's instructions to be counted from
 //! outside (`perf stat -e instructions:u`). `JOINTS_BLOCKS` gives another number of blocks than 6,000; 61,759
 //! are a whole blade.
 

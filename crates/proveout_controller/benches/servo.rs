@@ -1,7 +1,7 @@
-//! The drives behind the set points: inner steps a second of one joint, loads by Newton-Euler, and whole runs
+//! The drives with their lag: inner steps a second of one joint, loads by Newton-Euler, and whole runs
 //! with the drives on against the time of the simulated machine, on one core.
 //!
-//! Times are those of the thread on the processor where the system tells them (Linux), so that other work on
+//! Times are those of the thread on the processor where the system gives them (Linux), so that other work on
 //! the machine does not count.
 
 use std::{
@@ -24,7 +24,7 @@ use proveout_tool::Tool;
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-/// Time that this thread has spent on a processor, ns; none where the system does not tell.
+/// Time that this thread has spent on a processor, ns; none where the system does not say.
 fn processor_ns() -> Option<u64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     text.split_whitespace().next()?.parse().ok()

@@ -8,7 +8,7 @@ use std::{path::Path, process::ExitCode};
 use proveout_controller::{dynamics::RigidTree, servo::size_drives};
 use proveout_machine::Machine;
 
-/// The file with the drive of joint `name` replaced, or added behind the joint's other tables.
+/// The file with the drive of joint `name` replaced, or added after the joint's other tables.
 fn with_drive(text: &str, name: &str, table: &str) -> Option<String> {
     let mut lines: Vec<&str> = text.lines().collect();
     let begin = (0..lines.len())

@@ -1,5 +1,5 @@
 //! The time of the plan against another program: TOPP3-LP of copp 0.2.3 (TOPP-THU, on the solver Clarabel) on
-//! 26 curves from rest to rest, with velocity, acceleration and jerk of three joints. Its times stand in
+//! 26 curves from rest to rest, with velocity, acceleration and jerk of three joints. Its times are in
 //! `reference/copp_topp3.csv`, which `reference/copp_topp3.py` has written: copp is no dependency, so that
 //! nothing is built for it.
 
@@ -14,7 +14,7 @@ use proveout_nc::{Op, SplineMotion};
 /// A feed that no curve reaches: joints bind, mm/s.
 const FEED: f64 = 1000.0;
 
-/// Stations of the other program lie close enough on this many curves; on the longer ones behind them its
+/// Stations of the other program lie close enough on this many curves; on the longer ones after them its
 /// iteration does not come to its end, and it takes up to five percent longer.
 const SHORT: usize = 20;
 

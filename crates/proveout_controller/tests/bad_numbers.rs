@@ -1,4 +1,4 @@
-//! What is not a number is refused at its block, wherever it stands; limits that nobody has stated are named
+//! What is not a number is refused at its block, wherever it is; limits that are not stated are named
 //! and do not stop the plan.
 
 use crate::common;
@@ -90,7 +90,7 @@ fn what_is_not_a_number_is_refused_at_its_block() {
             for tcp in [false, true] {
                 let begin = Program::default().change(1).g0(&[('X', 0.0), ('Y', 0.0), ('Z', 300.0)]).feed(20.0);
                 let begin = begin.op(Op::Tcp(Tcp { on: tcp, interpolation: OrientationInterpolation::Axes }));
-                // Motion behind it would have been planned together with the bad block.
+                // Motion after it would have been planned together with the bad block.
                 let p = begin.op(op.clone()).g1(&[('X', 20.0)]);
                 let message = refusal(&p, &machine);
                 let Some((code, line, text)) = message else { panic!("{name} {bad}: runs") };

@@ -118,7 +118,7 @@ fn chained_threads_run_through_and_other_motions_stop_at_them() {
     };
     let (one, two) = (speed(&[-20.0]), speed(&[-7.0, -20.0]));
     assert!((one.summary.total_s - two.summary.total_s).abs() < 1e-9);
-    // The pull-out does not cut the corner: X stands until Z is at its end.
+    // The pull-out does not cut the corner: X waits until Z is at its end.
     for s in one.all.samples.iter().filter(|s| s.commanded[0] > 1e-9) {
         assert!((s.commanded[2] + 20.0).abs() < 1e-9);
     }
@@ -286,12 +286,13 @@ fn a_retraction_goes_along_the_tool_axis() {
         let to = machine.forward(&out.summary.end_position, 120.0);
         assert!((to.tip - from.tip - from.axis * 40.0).norm() < 1e-9);
         assert!((to.axis - from.axis).norm() < 1e-12);
-        // To the end of travel: Z stands at its upper end, and nothing is beyond.
+        // To the end of travel: Z is at its upper end, and nothing is beyond.
         let out = at(Some(Op::Retract(Retract { distance: None, rapid: true })));
         assert!((out.summary.end_position[2] - 700.0).abs() < 1e-9, "{:?}", out.summary.end_position);
         assert!(!out.all.events.iter().any(|e| matches!(e, Event::Limit { .. })));
     }
-    // The program must set the linear axes anew: Z is forgotten, X without a word stays where the machine is.
+    // The program must set the linear axes again: Z is forgotten, X without a word stays where the machine
+    // is.
     let mut stale = motion(&[('X', 12.0)]);
     stale.end_base = axes(&[('X', 12.0), ('Z', 150.0)]);
     let program = before.op(Op::Retract(Retract { distance: Some(40.0), rapid: true })).op(Op::Rapid(stale));

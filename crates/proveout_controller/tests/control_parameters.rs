@@ -14,7 +14,7 @@ fn library(name: &str) -> Machine {
     Machine::read(&folder).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A rapid that turns the tool to an axis while the linear axes stand.
+/// A rapid that turns the tool to an axis while the linear axes are at rest.
 fn swivel(axis: [f64; 3], solution: RotarySolution) -> Op {
     let turn = motion(&[]);
     Op::Rapid(Motion { tool_axis: Some(axis), tool_axis_base: Some(axis), exact_stop: true, solution, ..turn })

@@ -1,4 +1,4 @@
-//! The gain of a re-scheduled path does not hang on the cycle of the control or on the sampling.
+//! The gain of a re-scheduled path does not depend on the cycle of the control or on the sampling.
 
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -14,7 +14,7 @@ use proveout_path::HelicalPass;
 use proveout_reschedule::{CuttingBlock, CuttingRun, Method, STheta, Surroundings};
 use proveout_tool::Cutter;
 
-/// Original and re-scheduled poses of a pass round the stand-in blade of the s-theta specification, and the
+/// Original and re-scheduled poses of a pass round the substitute blade of the s-theta specification, and the
 /// way of the ball center to each block.
 fn passes() -> (Vec<ToolPose>, Vec<ToolPose>, Vec<f64>) {
     let spec = BladeSpec { section: CamberSection::stand_in(), length: 60.0, twist: 0.0, platform: None };

@@ -273,7 +273,7 @@ impl AddTo for &mut f64 {
     }
 }
 
-/// The spike of the error behind a reversal on a circle of `radius` at `feed`: largest difference to the
+/// The spike of the error after a reversal on a circle of `radius` at `feed`: largest difference to the
 /// motion without dry friction. Second: the whole curve's largest difference between drive and oracle.
 fn quadrant(d: &Drive, radius: f64, feed: f64, cycle: f64) -> [f64; 3] {
     let w = feed / radius;
@@ -333,7 +333,7 @@ fn the_spike_behind_a_reversal_is_that_of_a_fine_integration() {
 
 #[test]
 fn a_slow_reversal_under_proportional_control_jumps_by_twice_the_friction() {
-    // Without an integral part the drive stands off by friction over k Kv M; the reversal turns it round.
+    // Without an integral part the drive is off by friction over k Kv M; the reversal turns it round.
     let d = Drive { integral_time: None, coulomb_friction: 300.0, static_friction: 300.0, ..drive() };
     let VelocityGain::Bandwidth(k) = d.velocity_gain else { panic!("a bandwidth") };
     let m = model(&d, 2e-3);
@@ -386,7 +386,7 @@ fn lost_motion_shows_behind_the_motor_encoder_and_not_behind_a_scale() {
     for backlash in [0.0, 0.02] {
         let d = Drive { elastic, motor_inertia: Some(120.0), backlash, ..forward.clone() };
         let h = hysteresis(&d);
-        // The load stands 2 s after each reversal in steady motion; the damper's part cancels.
+        // The load is at rest 2 s after each reversal in steady motion; the damper's part cancels.
         assert!((h - wound - backlash).abs() < 1e-6, "{backlash}: {h} {wound}");
     }
 }

@@ -133,6 +133,13 @@ fn holes() -> Vec<Hole> {
             ),
             -7.2,
         ),
+        (
+            words(
+                "CYCL DEF 204 BACK BORING Q200=1 Q249=3 Q250=4.5 Q251=1.5 Q252=1.7 Q253=750 Q254=200 Q255=0 Q203=+0 Q204=20 \
+                 Q214=1 Q336=0",
+            ),
+            -7.2,
+        ),
         (words("CYCL DEF 206 TAPPING Q200=2 Q201=-7.2 Q206=600 Q211=0 Q203=+0 Q204=20"), -7.2),
         (words("CYCL DEF 207 RIGID TAPPING Q200=2 Q201=-7.2 Q239=+1 Q203=+0 Q204=20"), -7.2),
         (
@@ -224,7 +231,7 @@ fn programmed_z(text: &str, dialect: Dialect) -> Vec<f64> {
 fn executed(text: &str, dialect: Dialect, machine: &Machine, settings: &Settings) -> Chunk {
     let nc = NcSettings { dialect, ..NcSettings::default() };
     let program = NcProgram::from_text("hole.nc", text, &nc).expect("readable");
-    // Without a length the slide stands where the program says.
+    // Without a length the slide is where the program says.
     let tools = [tool(1, 0.0)];
     let mut controller = Controller::new(program, machine, &tools, settings.clone()).expect("good settings");
     let mut all = Chunk::default();
@@ -387,7 +394,7 @@ fn rotary_joints_that_turn_back_reach_their_angle() {
 }
 
 /// Random plunges: directions of five axes with tool center point control, kinds of motion, tolerances,
-/// blocks before and behind.
+/// blocks before and after.
 #[test]
 fn random_plunges_reach_their_points() {
     let machine = bc_machine();

@@ -1,5 +1,5 @@
-//! The drives of the library machines: sized by the rule, strong enough, stable at every control cycle, and
-//! behind their set points by what the closed form says.
+//! The drives of the library machines: sized by the rule, strong enough, stable at every control cycle; they
+//! lag their set points by what the closed form says.
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
@@ -51,7 +51,7 @@ fn drives_are_those_of_the_rule() {
                 ("motor", drive.motor_inertia.unwrap_or(0.0), of(["motor_mass_kg"; 2])),
             ];
             for (what, stated, by_rule) in pairs {
-                // Two digits are kept, and bodies are drawn anew from time to time: 10 percent.
+                // Two digits are kept, and bodies are redrawn from time to time: 10 percent.
                 assert!(
                     (stated - by_rule).abs() <= 0.1 * by_rule,
                     "{}, joint {}: {what} {stated}, and the rule gives {by_rule}: run the example size_drives --write",
@@ -61,7 +61,7 @@ fn drives_are_those_of_the_rule() {
             }
         }
     }
-    assert_eq!(count, 23, "all but the two that state their own drives");
+    assert_eq!(count, library().0.len() - 2, "all but the two that state their own drives");
 }
 
 /// States of another seed than those that sized the drives.
@@ -86,6 +86,7 @@ fn every_drive_can_make_every_motion_within_the_limits() {
 /// One joint after the other, over a good part of its travel at constant speed, at cycles from 0.5 to 10 ms:
 /// the drives come to rest, and with the feed-forward taken out each lags by its speed over Kv.
 #[test]
+#[ignore = "nightly, 34 s"]
 fn every_machine_is_stable_and_lags_by_speed_over_gain_at_every_cycle() {
     for mut machine in library().0 {
         for joint in &mut machine.joints {

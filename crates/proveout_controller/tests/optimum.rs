@@ -241,7 +241,7 @@ fn the_oracle_meets_closed_forms() {
         println!("line of {length} mm: {r:.4}");
         assert!((r - 1.0).abs() < 0.01, "{length}: {r}");
     }
-    // And it finds what a plan leaves: the same way with two stops that are not needed. The samples stand
+    // And it finds what a plan leaves: the same way with two stops that are not needed. The samples lie
     // still there, which p. cannot hurry through, so that only the ramps around count.
     let mut lazy = bc_machine();
     for joint in &mut lazy.joints {

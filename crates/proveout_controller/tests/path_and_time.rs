@@ -11,7 +11,7 @@ use proveout_machine::Machine;
 fn three_axis() -> Machine {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines/three-axis-mill");
     let mut machine = Machine::read(&folder).expect("library machine");
-    // The programs begin where the machine stands.
+    // The programs begin where the machine is.
     machine.joints.iter_mut().for_each(|joint| joint.home = 0.0);
     machine
 }
@@ -173,7 +173,7 @@ fn the_curve_behind_a_noisy_program_is_never_faster_than_the_bound() {
     assert!(least > 0.9, "{least}");
 }
 
-/// Where the program makes the machine stand, ramps count; where it does not, they do not.
+/// Where the program stops the machine, ramps count; where it does not, they do not.
 #[test]
 fn stops_that_the_program_asks_for_count_and_those_of_this_control_do_not() {
     let machine = bc_machine();
@@ -205,7 +205,7 @@ fn stops_that_the_program_asks_for_count_and_those_of_this_control_do_not() {
     assert!(s.lower_bound_s.is_some_and(|b| (b - 4.7).abs() < 1e-9) && s.lower_bound_s == s.path_bound_s);
 }
 
-/// Feed, length and samples of random programs tell the same.
+/// Feed, length and samples of random programs agree.
 #[test]
 fn the_feed_of_the_samples_is_their_way_by_time_and_never_above_the_program() {
     let machine = bc_machine();
@@ -268,7 +268,7 @@ fn the_feed_of_the_samples_is_their_way_by_time_and_never_above_the_program() {
     });
 }
 
-/// A corner that the joints cannot pass at the feed is told as it is seen in the samples.
+/// A corner that the joints cannot pass at the feed is reported as the samples show it.
 #[test]
 fn the_least_feed_ratio_is_that_of_the_slowest_corner() {
     let machine = bc_machine();
@@ -298,7 +298,7 @@ fn the_least_feed_ratio_is_that_of_the_slowest_corner() {
     assert!(run.summary.min_feed_ratio.is_some_and(|ratio| (ratio - 400.0 / 600.0).abs() < 1e-6));
 }
 
-/// Independent joints in rapid motion: the way of the tip is no straight line, and is told as it is.
+/// Independent joints in rapid motion: the way of the tip is no straight line, and is reported as it is.
 #[test]
 fn a_dog_leg_is_as_long_as_it_is() {
     let mut machine = bc_machine();

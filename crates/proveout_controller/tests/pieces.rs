@@ -88,7 +88,7 @@ fn dense(program: &Program, machine: &Machine) -> Run {
 }
 
 /// Lines of 0.05 to 20 mm with turns up to a radian, waves through the pole of C, tolerances from 1 to 100
-/// micrometers; reversals of single joints at every corner and within blocks (linear joints behind turning
+/// micrometers; reversals of single joints at every corner and within blocks (linear joints on turning
 /// ones).
 #[test]
 fn the_true_motion_keeps_the_bounds_of_its_pieces() {

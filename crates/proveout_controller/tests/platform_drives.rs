@@ -100,7 +100,7 @@ fn pose(wanted: [f64; 2], mut at: [f64; 2]) -> [f64; 2] {
     at
 }
 
-/// Legs behind their set points, x'' = w (Kv (r - x) - x'), in steps of 20 micrometers of a second between
+/// Legs that lag their set points, x'' = w (Kv (r - x) - x'), in steps of 20 micrometers of a second between
 /// the samples; the set point is the cubic with lengths and rates at both. Gives heave and tilt at every
 /// sample.
 fn followed(samples: &[Sample], gains: [f64; 2], [heave, tilt]: [usize; 2]) -> Vec<[f64; 2]> {
@@ -234,8 +234,8 @@ fn a_weak_leg_saturates_under_its_own_name_and_forces_are_those_of_virtual_work(
     assert_eq!(loads.no_force_limit, ["Y", "leg L1", "legs L2 and L3", "B", "X"]);
     let unknown: Vec<&str> = loads.unknown.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(unknown, ["Y", "Z", "A", "B"], "weight and coupling of a platform are not known, and said so");
-    // Legs of 100 kg each: a heave that accelerates takes about 300 kg times it, beside the small part of the
-    // legs' turn.
+    // Legs of 100 kg each: a heave that accelerates takes about 300 kg times it, in addition to the small
+    // part of the legs' turn.
     let fastest = largest(&run, |s| s.acceleration[z]);
     let force = run.summary.joints[z].drive.expect("a drive").max_force;
     assert!(force > 0.1 * fastest && force < 0.6 * fastest, "{force} N at {fastest} mm/s2");

@@ -2,7 +2,7 @@
 //! of them.
 //!
 //! *Oracle.* The forward kinematics of every sample against the programmed circle, at the share of the way
-//! that its tip has come, or, where the tip stands, against the circle's nearest point.
+//! that its tip has come, or, where the tip is at rest, against the circle's nearest point.
 //!
 //! *Corners that the generator visits*: circles that begin, end, or have their closest approach in the pole
 //! itself, at distances from 1e-9 to 20 degrees; all azimuths, in steps and at random; rapid and feed; with
@@ -126,7 +126,7 @@ fn shortest(machine: &Machine, joint: usize, way: f64) -> f64 {
     if way * a >= v * v { way / v + v / a } else { 2.0 * (way / a).sqrt() }
 }
 
-/// A great circle out of the pole in which the machine stands at home turns the first rotary joint to the
+/// A great circle out of the pole in which the machine is at home turns the first rotary joint to the
 /// side that it needs, by half a turn at most, and tilts then. No azimuth takes longer than the joints need.
 #[test]
 fn a_pole_is_left_in_any_direction() {
@@ -188,7 +188,7 @@ fn a_pole_is_left_in_any_direction() {
     assert!(tried >= 10 * 2 * 24, "{tried}");
 }
 
-/// A random circle beside a pole.
+/// A random circle next to a pole.
 #[derive(Debug)]
 struct Case {
     from: Vector,
@@ -280,8 +280,9 @@ fn mechanisms() -> Vec<Mechanism> {
 }
 
 /// Circles at all distances from all poles that a machine reaches: the axis is on the programmed circle at
-/// every sample, or inside of the cone and told; where an end stop forbids it, that is told.
+/// every sample, or inside of the cone and reported; where an end stop forbids it, that is reported.
 #[test]
+#[ignore = "nightly, 26 s"]
 fn circles_are_followed_at_any_distance_from_a_pole() {
     use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
     let count = cases(3, 300) * DISTANCES.len() as u64;

@@ -1,5 +1,5 @@
 //! Where positions come from: work offsets on machines with their zero on the table and at home, in every
-//! structure and language; reference points; what stays where behind motions of machine axes under tool
+//! structure and language; reference points; what stays where after motions of machine axes under tool
 //! center point control.
 
 use std::path::Path;
@@ -27,7 +27,7 @@ const PAIRS: [(&str, &str, char); 3] = [
     ("fork-head-gantry", "fork-head-home-zero", 'A'),
 ];
 
-/// Settings of a reader for a part whose zero stands at `zero_in_table`, on this machine.
+/// Settings of a reader for a part whose zero is at `zero_in_table`, on this machine.
 fn reader(machine: &Machine, dialect: Dialect, zero_in_table: Vector) -> NcSettings {
     let translation = (zero_in_table - machine.program_zero().expect("a common zero").coords).into();
     let offset = WorkOffset { translation, rotary: [0.0; 3] };
@@ -114,7 +114,7 @@ fn programs(t: char) -> Vec<(Dialect, String)> {
              G91 G1 X5. Z2.\nG90 G0 Z95.\nG91 G28 Z0\nG28 X0 Y0\nG90 G49\nG0 {t}0 C0\n"
         )
     };
-    // Repeating a point behind the switch moves nothing.
+    // Repeating a point after the switch moves nothing.
     let repeat = |on: &str| {
         format!(
             "G0 {t}0 C0\nG43 H1\nG0 X50. Y50. Z100.\nG1 Z90. F2000.\nG49\n{on}\nG1 X50. Y50. Z90.\nX51.\nG49\nG91 G28 Z0\nG90\n"
@@ -183,7 +183,7 @@ fn the_same_program_gives_the_same_tool_poses_whatever_the_zero_of_the_axes() {
                 assert!((p.tip - q.tip).norm() < 1e-8, "{at_table} {dialect:?} line {line}: {} {}", p.tip, q.tip);
                 assert!((p.axis - q.axis).norm() < 1e-12, "{at_table} {dialect:?} line {line}");
             }
-            // The slides stand the same, counted from elsewhere.
+            // The slides are at the same place, counted from elsewhere.
             for (name, k) in [("X", 0), ("Y", 1), ("Z", 2)] {
                 let (i, j) = (a.joint(name).expect("slide"), b.joint(name).expect("slide"));
                 assert!((x.end[i] - y.end[j] - shift[k]).abs() < 1e-8, "{at_table} {dialect:?} {name}");
@@ -246,7 +246,7 @@ fn a_work_offset_is_a_point_of_the_table() {
     }
 }
 
-/// What a program tells of the axes X and Z behind a retraction under tool center point control and a turn of
+/// What a program says of the axes X and Z after a retraction under tool center point control and a turn of
 /// the tilting axis: the tip stays on the table where the retraction has brought it.
 #[test]
 fn behind_a_retraction_under_tcp_the_tool_stays_up() {
@@ -419,7 +419,7 @@ fn g28_goes_to_the_home_position_of_every_machine() {
         let reached =
             by.all.samples.iter().map(|s| (s.commanded[z] - (middle + way)).abs()).fold(f64::INFINITY, f64::min);
         let on_the_way = (middle + way - start[z]).signum() == (machine.joints[z].home - start[z]).signum();
-        // A sample stands every 2 ms; where the axis turns back it comes within the tolerance, where it
+        // There is a sample every 2 ms; where the axis turns back it comes within the tolerance, where it
         // passes on it is met.
         assert!(reached < if on_the_way { 2.0 } else { 0.02 }, "{}: {reached}", machine.name);
         assert_eq!(by.end[z], machine.joints[z].home, "{}", machine.name);

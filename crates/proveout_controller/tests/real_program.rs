@@ -19,7 +19,7 @@ fn program() -> Option<PathBuf> {
     [root.join("..").join(PROGRAM), root.join("../..").join(PROGRAM)].into_iter().find(|p| p.is_file())
 }
 
-/// Told past the capture of the test harness: `cargo xtask ci` has these lines in its summary.
+/// Printed past the capture of the test harness: `cargo xtask ci` has these lines in its summary.
 fn left_out(what: &str) {
     use std::io::Write as _;
     writeln!(std::io::stdout(), "\nLEFT OUT: {what}").ok();

@@ -153,7 +153,7 @@ fn xyzac(cycle_ms: f64, linear: [[f64; 2]; 3], rotary: [[f64; 2]; 2], velocity: 
     }
 }
 
-/// Told past the capture of the test harness: `cargo xtask ci` has these lines in its summary.
+/// Printed past the capture of the test harness: `cargo xtask ci` has these lines in its summary.
 fn left_out(what: &str) {
     use std::io::Write as _;
     writeln!(std::io::stdout(), "\nLEFT OUT: {what}").ok();

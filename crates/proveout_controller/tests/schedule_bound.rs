@@ -84,7 +84,7 @@ fn outcome(seed: u64) -> Outcome {
     // Commands have radian, as everything inside.
     let a = |i: usize| schedule[i].to_radians();
     let place = |i: usize| [('X', 500.0 + step * i as f64), ('Y', 0.0), ('Z', 400.0), ('A', a(i)), ('B', 0.0)];
-    // A run-up before and behind, so that the stretch is passed in motion wherever the schedule lets it.
+    // A run-up before and after, so that the stretch is passed in motion wherever the schedule lets it.
     let before = [('X', 500.0 - 40.0), ('Y', 0.0), ('Z', 400.0), ('A', a(0)), ('B', 0.0)];
     let behind = [('X', 500.0 + step * n as f64 + 40.0), ('Y', 0.0), ('Z', 400.0), ('A', a(n)), ('B', 0.0)];
     let mut program = Program::default().change(1).continuous(0.01).g0(&before).feed(feed);
@@ -235,7 +235,7 @@ struct Turned {
 }
 
 /// B waves and C turns under tool center point control, past the pole of C and far from it, slowly and fast,
-/// evenly or by jumps; caps about axes beside theirs: the control takes no less than the bound over cells.
+/// evenly or by jumps; caps about axes next to theirs: the control takes no less than the bound over cells.
 /// The tip stays near the axis of the table, so that it is the rotary joints that bind, and lead-in and
 /// lead-out turn on as the row does, so that it is passed in motion.
 fn two_angles_outcome(seed: u64) -> Turned {
@@ -302,6 +302,7 @@ fn two_angles_outcome(seed: u64) -> Turned {
 
 /// Ten rows; `PROVEOUT_TWO_ANGLES` for more.
 #[test]
+#[ignore = "nightly, 23 s"]
 fn no_row_of_two_angles_is_below_the_bound_over_cells() {
     let count = number("PROVEOUT_TWO_ANGLES").unwrap_or(10);
     let outcomes = Mutex::new(Vec::new());

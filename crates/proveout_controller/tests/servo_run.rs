@@ -1,4 +1,4 @@
-//! Whole runs with the drives behind the set points: order, streaming, cuts along the actual motion,
+//! Whole runs with drives that lag: order, streaming, cuts along the actual motion,
 //! refusals.
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
@@ -48,7 +48,7 @@ fn check_stream(name: &str, run: &Run) {
     for pair in pieces.windows(2) {
         assert!(pair[1].time[0] >= pair[0].time[1], "{name}: pieces overlap at {:?}", pair[1].time);
         assert!(pair[1].block >= pair[0].block, "{name}: blocks out of order");
-        // A tool that stands has no pieces: it may creep by rounding.
+        // A tool at rest has no pieces: it may creep by rounding.
         assert!((pair[1].joints[0] - pair[0].joints[1]).max_abs() < 1e-7, "{name}: a jump at {:?}", pair[1].time);
     }
     assert!(run.all.samples.windows(2).all(|w| w[0].time < w[1].time));
@@ -211,7 +211,7 @@ fn a_weak_drive_saturates_and_says_so_with_its_block() {
             _ => None,
         })
         .collect();
-    // Block 1 moves Y alone; X may still come back from where it was left behind.
+    // Block 1 moves Y alone; X may still come back from where it was left.
     let blocks: Vec<u32> = limit_events.iter().map(|t| t.3).collect();
     assert!(
         limit_events.iter().all(|t| t.0 == Some(x)) && blocks.contains(&0) && blocks.contains(&2),

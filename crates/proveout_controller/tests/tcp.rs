@@ -55,7 +55,7 @@ fn without_tcp_the_length_is_added_along_the_spindle() {
     assert!((pose.tip - Point::new(10.0, 20.0, 30.0)).norm() < 1e-12);
 }
 
-/// The control takes the tool for longer than it is: its tip stays behind by so much along its own axis, with
+/// The control takes the tool for longer than it is: its tip stays back by so much along its own axis, with
 /// tool center point control and without.
 #[test]
 fn a_delta_value_of_the_length_keeps_the_tip_off_by_as_much() {
@@ -276,8 +276,8 @@ fn swiveling_turns_the_rotary_joints_alone() {
     let end = run(&program, &machine).summary.end_position;
     assert_eq!([end[0], end[1], end[2]], [7.0, 8.0, 420.0]);
     assert!((machine.forward(&end, LENGTH).axis - goal.normalize()).norm() < 1e-9);
-    // A table that turns about two axes cannot point the tool from below where B would pass its travel: told,
-    // not lost.
+    // A table that turns about two axes cannot point the tool from below where B would pass its travel:
+    // reported, not lost.
     let mut machine = machine;
     machine.joints[3].held = true;
     let machine = machine.recompiled();

@@ -110,7 +110,7 @@ impl<'a> Document<'a> {
     ) -> InputError {
         let value = if self.has(path) { self.shown(&self.span(path)) } else { String::new() };
         let key = self.key_text(path);
-        let fault = InputFault { code, key, value, ..self.bare(message.into(), remedy) };
+        let fault = InputFault { code, key, value, continues_key: true, ..self.bare(message.into(), remedy) };
         InputError::from(fault).with_span(self.text, &self.span(path))
     }
 
@@ -216,7 +216,8 @@ impl<'a> Document<'a> {
             push_key(&mut key, missing);
         }
         let value = if said.shows_value { self.shown(&span) } else { String::new() };
-        let fault = InputFault { code: said.code, key, value, ..self.bare(said.message, said.remedy) };
+        let fault =
+            InputFault { code: said.code, key, value, continues_key: true, ..self.bare(said.message, said.remedy) };
         // The bytes of a table can be all its lines, of the whole document all of them: its beginning is the
         // place to look at.
         let span = if said.missing.is_some() { span.start..span.start } else { span };

@@ -36,6 +36,8 @@ pub struct InputFault {
     pub value: String,
     /// What is wrong, with the limit.
     pub message: String,
+    /// Whether the message is what the sentence says of the key: `is missing`.
+    pub continues_key: bool,
     /// What to do about it.
     pub remedy: String,
     /// The line of text.
@@ -48,6 +50,7 @@ impl fmt::Display for InputFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match (self.key.is_empty(), self.value.is_empty()) {
             (true, _) => {}
+            (false, true) if self.continues_key => write!(f, "`{}` ", self.key)?,
             (false, true) => write!(f, "`{}`: ", self.key)?,
             (false, false) => write!(f, "`{}` = {}: ", self.key, self.value)?,
         }

@@ -83,6 +83,8 @@ pub struct Trust {
     /// Path of the key, `joint.Z.max_jerk_mm_s3`; ends in `*` where the note covers all other keys of its
     /// table.
     pub key: String,
+    /// Its name in the table, `max_jerk_mm_s3`, or `*`.
+    pub name: String,
     /// True for a number that somebody chose because none is published.
     pub chosen: bool,
     /// Source, or the reason of the choice.

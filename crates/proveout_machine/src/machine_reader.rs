@@ -227,7 +227,12 @@ fn read_trust(source: &Document<'_>, content: &MachineFile) -> Checked<Vec<Trust
                     let message = format!("the note names {key}, which this table does not have");
                     return Err(source.error("input-unknown-key", &at, message, "name a key of the same table, or *"));
                 }
-                all.push(Trust { key: format!("{name}.{key}"), chosen: is_chosen, note: note.clone() });
+                all.push(Trust {
+                    key: format!("{name}.{key}"),
+                    name: key.clone(),
+                    chosen: is_chosen,
+                    note: note.clone(),
+                });
             }
         }
     }

@@ -243,7 +243,7 @@ fn limits_must_stand_upright() {
     expect("start_time_s = 1", "start_time_s = inf", "input-out-of-range", "start_time_s", "inf");
 }
 
-/// Every message with a value tells it in the unit of its key, as it is written.
+/// Every message with a value gives it in the unit of its key, as it is written.
 #[test]
 fn values_are_reported_in_the_unit_of_their_key() {
     for (old, new, code, at_line, expected) in [
@@ -419,7 +419,7 @@ fn errors_must_have_a_name_a_unit_and_a_meaning() {
     }
 }
 
-/// Values that are numbers and look like another unit are told with their line.
+/// Values that are numbers and look like another unit are reported with their line.
 #[test]
 fn remarks_name_line_and_remedy() {
     let text = GOOD.replacen("travel_deg = [-10, 105]", "travel_deg = [-0.17, 1.83]", 1).replacen(
@@ -439,7 +439,7 @@ fn remarks_name_line_and_remedy() {
     let missing = find("machine-missing-limit", "joint.Y.travel_mm");
     assert!(text.lines().skip(missing.line - 1).take(2).any(|l| l.contains("\"Y\"")), "{missing:?}");
     assert!(all.iter().all(|d| d.line > 0 && !d.remedy.is_empty() && !d.message.is_empty()), "{all:?}");
-    // Y and Z carry no body; the plate hangs on C, which B moves as well.
+    // Y and Z carry no body; the plate is carried by C, which B moves as well.
     for (joint, expected) in [("Y", true), ("Z", true), ("B", false), ("C", false)] {
         let key = format!("joint.{joint}");
         assert_eq!(all.iter().any(|d| d.code == "machine-joint-without-body" && d.key == key), expected, "{joint}");

@@ -40,7 +40,7 @@ fn every_machine_is_complete() {
 }
 
 /// Axis-aligned boxes of bodies that move differently must not overlap at home, else every check would begin
-/// with a collision. At home no body is turned, and the bodies concerned are boxes or stand clear of each
+/// with a collision. At home no body is turned, and the bodies concerned are boxes or are clear of each
 /// other's boxes.
 #[test]
 fn slides_clear_the_table_at_home() {
@@ -80,7 +80,7 @@ fn tilting_joints_have_the_sign_of_their_programs() {
     }
 }
 
-/// Tips round a workpiece whose zero stands 100 to 160 mm above the table on the C axis, tool lengths 80 to
+/// Tips round a workpiece whose zero is 100 to 160 mm above the table on the C axis, tool lengths 80 to
 /// 150 mm: the face from above, the sides at any C with the tool lying flat, and the retract planes, within
 /// travel on both machines. Numbers in the tilted frame: x, y across the tool, z along it.
 #[test]
@@ -136,7 +136,7 @@ fn slides_read_as_the_place_of_the_gauge_line() {
     assert_eq!(machine.table.point, Point::origin());
     let mut q = home;
     q[machine.joint("B").expect("B")] = rad(90.0);
-    // The tool lies along +x of the workpiece, so the workpiece's +x stands up: exactly.
+    // The tool lies along +x of the workpiece, so the workpiece's +x points up: exactly.
     assert_eq!(machine.machine_from_table(&q).vector(&Vector::x()), Vector::z());
     assert_eq!(machine.forward(&q, 100.0).axis, Vector::x());
     assert_eq!(deg(q[machine.joint("B").expect("B")]), 90.0);

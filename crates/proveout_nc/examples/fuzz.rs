@@ -23,7 +23,7 @@ const MAX_KIB: u64 = 64 << 10;
 /// Longest run of one input.
 const MAX_TIME: Duration = Duration::from_secs(10);
 
-/// Most memory of this process since `reset_peak`, KiB; 0 where the system does not tell.
+/// Most memory of this process since `reset_peak`, KiB; 0 where the system does not say.
 fn peak_kib() -> u64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|l| l.strip_prefix("VmHWM:")).unwrap_or_default();

@@ -2,8 +2,8 @@
 //! memory: `cargo run -p proveout_nc --release --example stream [BLOCKS]`.
 //!
 //! Loops: the text is a few lines, ten million blocks come out of it. Files: the text has a tenth of the
-//! blocks, all written out; what is in use beside the text must not grow with it. CPU time is that of this
-//! process.
+//! blocks, all written out; what is in use in addition to the text must not grow with it. CPU time is that of
+//! this process.
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use proveout_nc::{Dialect, Op, Program, Settings};
 
-/// Most memory of this process since `reset_peak`, KiB; 0 where the system does not tell.
+/// Most memory of this process since `reset_peak`, KiB; 0 where the system does not say.
 fn peak_kib() -> u64 {
     let text = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = text.lines().find_map(|l| l.strip_prefix("VmHWM:")).unwrap_or_default();
@@ -77,7 +77,7 @@ fn linear(dialect: Dialect, blocks: u64) -> String {
 
 /// CPU seconds of this process.
 fn cpu_seconds() -> f64 {
-    // Fields 14 and 15 of the line, counted in hundredths of a second, behind the name in brackets.
+    // Fields 14 and 15 of the line, counted in hundredths of a second, after the name in brackets.
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields: Vec<f64> =
         text.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2).flat_map(str::parse).collect();

@@ -2,9 +2,9 @@
 //! proveout_nc --example trial -- [--control NAME] [--feed MM_MIN] [--tool-radius MM] [--home] [--files]
 //! FILE...`.
 //!
-//! `--files` tells every file with its first fault; `--feed` is the policy for motions before the first F,
+//! `--files` lists every file with its first fault; `--feed` is the policy for motions before the first F,
 //! `--tool-radius` what the milling cycles of a TNC and an 840D need of the tool; with `--home` the axes
-//! stand at zero before the first block, as the home position of a machine tells. Only the first fault of a
+//! are at zero before the first block, as the home position of a machine says. Only the first fault of a
 //! program counts.
 
 use std::collections::BTreeMap;

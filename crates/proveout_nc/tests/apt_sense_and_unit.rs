@@ -1,5 +1,5 @@
-//! How circles of CL data run, and what its lengths count: told from the system that wrote it, checked by the
-//! path, reported where neither decides.
+//! How circles of CL data run, and what its lengths count: known from the system that wrote it, checked by
+//! the path, reported where neither decides.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 

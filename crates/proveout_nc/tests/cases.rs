@@ -1,6 +1,6 @@
 //! Case folders: programs with the commands they must give, and programs with the error they must raise.
 //!
-//! `PROVEOUT_BLESS=1 cargo test -p proveout_nc --test nc cases::` writes the expected lines anew; read the
+//! `PROVEOUT_BLESS=1 cargo test -p proveout_nc --test nc cases::` writes the expected lines again; read the
 //! difference.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
@@ -28,7 +28,7 @@ const DIALECTS: [(&str, Dialect); 11] = [
     ("grbl", Dialect::LinuxCnc),
 ];
 
-/// Programs of a folder; expected lines, and files that only stand beside a program as subprograms (`sub_*`),
+/// Programs of a folder; expected lines, and files that are subprograms of a program next to them (`sub_*`),
 /// are left out.
 fn programs(kind: &str) -> Vec<(PathBuf, Dialect)> {
     let mut files = Vec::new();

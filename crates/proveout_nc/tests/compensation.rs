@@ -499,7 +499,7 @@ proptest! {
         let (plain, divided) = (path(&text(&format!("X=40 Y={y}\n")), &settings(tool)), path(&text(&line), &settings(tool)));
         let (Ok(plain), Ok(divided)) = (plain, divided) else {
             // A last part that is shorter than what the corner takes is one more block that the tool does not
-            // fit behind.
+            // fit after it.
             return Ok(());
         };
         prop_assert!((length(&plain) - length(&divided)).abs() < 1e-9);
@@ -538,7 +538,7 @@ fn overlaps(contour: &[Piece], p: Point, tool: f64) -> bool {
     })
 }
 
-/// A fault of the path is told with the text of its line, whatever language the line is written in.
+/// A fault of the path is shown with the text of its line, whatever language the line is written in.
 #[test]
 fn faults_of_the_path_show_their_line() {
     let text = "G17 G21 G90 T1 M6\nG0 X0 Y0 Z0\nG41 D1 G1 X10 F100\nG40 X0\nM30\n";

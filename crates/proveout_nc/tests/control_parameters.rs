@@ -1,4 +1,4 @@
-//! What parameters of a control decide: the rules of each control, and the assumption where nobody states
+//! What parameters of a control decide: the rules of each control, and the assumption where none is stated
 //! them.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]

@@ -14,7 +14,7 @@ fn control_of(control: &str) -> Arc<Control> {
     Control::from_text("shop.toml", control, None).unwrap_or_else(|e| panic!("{e}\n{control}"))
 }
 
-/// Pastes the table behind the control, looks that it refuses, fills it in, and reads the program.
+/// Pastes the table after the control, looks that it refuses, fills it in, and reads the program.
 fn first_five_minutes(control: &str, name: &str, program: &str, words: &[(&str, u64)]) {
     let found = UnknownWords::of_text(name, program, &settings(control)).unwrap();
     let listed: Vec<(&str, u64)> = found.words.iter().map(|w| (w.word.as_str(), w.count)).collect();

@@ -93,7 +93,7 @@ proptest! {
         near(in_plane(found[0], axes), [corner[0] - back * s[0], corner[1] - back * s[1]], &text);
         near(in_plane(found[1], axes), [corner[0] + back * t[0], corner[1] + back * t[1]], &text);
         near(in_plane(found[2], axes), last, &text);
-        // The dwell stands behind the piece, which belongs to the first block.
+        // The dwell comes after the piece, which belongs to the first block.
         let dwell = ops.iter().position(|op| matches!(op, Op::Dwell(_))).unwrap();
         assert_eq!(moves(&ops[..dwell]).len(), 2, "{text}");
         if let Op::Arc(arc) = found[1] {
@@ -132,7 +132,7 @@ proptest! {
     }
 
     /// Two lines by their angles meet where the lines were drawn, in all planes, with a rounding at the
-    /// corner or none, through a turned frame or none, behind angles counted on by whole turns. Corners of
+    /// corner or none, through a turned frame or none, after angles counted on by whole turns. Corners of
     /// less than 3 degrees are left out.
     #[test]
     fn two_lines_by_their_angles(
@@ -189,7 +189,7 @@ proptest! {
             }
         }
         want.push((true, if to_plane { plane } else { 80.0 }));
-        // A stroke to where the tool stands is none.
+        // A stroke to where the tool is already is none.
         want.dedup_by(|now, before| now.0 && (now.1 - before.1).abs() < 1e-12);
         let program = Program::from_text("a", &text, &Settings::of_control(Control::find("fagor-8055", None).unwrap())).unwrap();
         let strokes: Vec<(bool, f64)> = program.filter_map(|command| match command.unwrap().op {
@@ -268,7 +268,7 @@ proptest! {
             };
             at = to;
         }
-        // Distance of a point to the curve sampled so finely that a chord stands off by less than 0.02 mm.
+        // Distance of a point to the curve sampled so finely that a chord is off by less than 0.02 mm.
         let off = |p: P| {
             curve.windows(2).map(|w| {
                 let d = [w[1][0] - w[0][0], w[1][1] - w[0][1]];

@@ -12,7 +12,7 @@ const G_WORDS: &str = "0 1 2 3 4 10 17 18 19 20 21 28 28.1 30 30.1 38.2 38.3 38.
                        91.1 92 92.1 93 94";
 const M_WORDS: &str = "0 1 2 3 4 5 7 8 9 30";
 
-/// A block that is valid, and the letters that may be added to it. F, S and T may stand in any block.
+/// A block that is valid, and the letters that may be added to it. F, S and T may be in any block.
 const BLOCKS: [(&str, &str); 20] = [
     ("G0 X1", "YZ"),
     ("G1 X1", "YZ"),
@@ -53,7 +53,7 @@ fn each_letter_is_used_or_refused_in_each_kind_of_block() {
             wrong.push(format!("{block}: refused: {message}"));
         }
         for letter in 'A'..='Z' {
-            // Further G and M words are another test, and N stands first.
+            // Further G and M words are another test, and N comes first.
             if "GMN".contains(letter) {
                 continue;
             }

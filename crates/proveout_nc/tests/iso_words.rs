@@ -108,7 +108,7 @@ fn a_linuxcnc_runs_through_the_heads_of_numbered_programs() {
     ] {
         assert_eq!(ends(&read(Dialect::LinuxCnc, text)), [[1.0, 2.0, 0.0]], "{text}");
     }
-    // M98 enters behind the head, M99 comes back.
+    // M98 enters after the head, M99 comes back.
     let text = "G21 G0 X0 Y0 Z0\nM98 P100\nX9\nM2\nO100\nX5\nM99\n";
     let ends = ends(&read(Dialect::LinuxCnc, text));
     assert_eq!(ends, [[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [9.0, 0.0, 0.0]]);
@@ -223,7 +223,7 @@ fn a_rapid_that_leaves_z_open_is_made_at_once_and_kept_for_the_next_one() {
         let want = [[1.0, 2.0 * c - 3.0 * s, 2.0 * s + 3.0 * c], [1.0, 2.0 * c, 2.0 * s], [1.0, 2.0 * c, 2.0 * s]];
         let got = ends(&ops);
         assert!(got.len() == 3 && got.iter().zip(want).all(|(a, b)| close(*a, b)), "{got:?}");
-        // X and Y are sent there at the height where the machine stands, before Z comes.
+        // X and Y are sent there at the height where the machine is, before Z comes.
         let open: Vec<_> = ops
             .iter()
             .filter_map(|op| if let Op::Rapid(m) = op { Some(m) } else { None })
@@ -274,7 +274,7 @@ fn compensation_names_side_offset_and_radius() {
     };
     let c = comp(Dialect::Fanuc, "G21 G0 X0 Y0\nG41 D5 G1 X5. F100.\n");
     assert_eq!((c.side, c.offset, c.radius), (CompSide::Left, Some(5), None));
-    // A radius in the program is compensated without a tool file: the entry move needs a contour behind it.
+    // A radius in the program is compensated without a tool file: the entry move needs a contour after it.
     let text = "g21 g0 x0 y0 z0\ng42.1 d8 g1 x5 f100\nx20\ng40 y-9\nm2\n";
     let ops = read(Dialect::LinuxCnc, text);
     let words: Vec<_> = ops.iter().filter_map(|op| if let Op::CutterComp(c) = op { Some(*c) } else { None }).collect();
@@ -435,7 +435,7 @@ fn words_of_another_control_are_named() {
     }
 }
 
-/// What the words of an arc would mean elsewhere is told with the fault.
+/// What the words of an arc would mean elsewhere is said with the fault.
 #[test]
 fn a_center_that_fits_otherwise_is_named() {
     for (dialect, text, expected) in [
@@ -476,14 +476,14 @@ fn the_table_of_the_readme_tells_the_truth() {
         for word in read.iter().filter(|w| is_g_word(w)) {
             assert_eq!(code(word), None, "{flavor} {word}");
         }
-        // A word that stands nowhere is unknown.
+        // A word in no table is unknown.
         for word in ["G999", "G6.5", "G3.7"] {
             assert_eq!(code(word), Some("nc-unknown-word"), "{flavor} {word}");
         }
     }
 }
 
-/// The NIST plate, where it stands beside the checkout.
+/// The NIST plate, where it lies next to the checkout.
 fn plate() -> Option<PathBuf> {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?.parent()?;
     let found =

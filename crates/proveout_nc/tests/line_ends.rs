@@ -1,4 +1,4 @@
-//! The line ends of a file, and what stands around it on tape and disk, change nothing: the same commands at
+//! The line ends of a file, and what is around it on tape and disk, change nothing: the same commands at
 //! the same places.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
@@ -96,7 +96,7 @@ fn all_line_ends_and_encodings_give_the_same_commands() {
             ];
             for (kind, bytes) in variants {
                 if kind == "mixed" && text.contains("\n\n") {
-                    // CR of one line and LF of an empty one behind it are one end.
+                    // CR of one line and LF of an empty one after it are one end.
                     continue;
                 }
                 let got = lines(&file, &bytes, &settings);

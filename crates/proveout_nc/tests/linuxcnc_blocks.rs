@@ -1,8 +1,8 @@
-//! Random blocks of all modal groups beside what the interpreter of `LinuxCNC` makes of them.
+//! Random blocks of all modal groups compared with what the interpreter of `LinuxCNC` makes of them.
 //!
 //! `rs274/blocks.txt.gz` holds programs and the canonical calls of `rs274` (`rs274/record.py` says how, and
-//! makes them anew). The test needs no `LinuxCNC`. It runs all of them in seconds; `PROVEOUT_RS274_BLOCKS` is
-//! the number of programs of a hundred that run, and `PROVEOUT_RS274_FILE` names another recording.
+//! makes them again). The test needs no `LinuxCNC`. It runs all of them in seconds; `PROVEOUT_RS274_BLOCKS`
+//! is the number of programs of a hundred that run, and `PROVEOUT_RS274_FILE` names another recording.
 //!
 //! * A block that `rs274` refuses must be refused.
 //! * A block that it takes gives the same motions, in machine coordinates, with the same feed, spindle,
@@ -35,7 +35,7 @@ const REFUSED_BY_NAME: &[(&str, f64)] = &[
     ("`G10 L", 90.0),
     ("the length of tool", 30.0),
     ("no tool is in the spindle", 40.0),
-    // Behind a tool change, a probing motion and a machine motion places are not known to the program. Cycles
+    // After a tool change, a probing motion and a machine motion places are not known to the program. Cycles
     // need the level of the tool.
     ("the position of", 80.0),
     ("the machine position is not known", 20.0),
@@ -85,7 +85,7 @@ fn text_of(program: &[&Recorded]) -> String {
 /// machine lacks, the programs of M100 to M199; G43.2 with axis letters, which later versions take.
 const SET_UP: [&str; 3] = ["Requested tool", "Bad character", "Unknown m code used: M100"];
 
-/// Under cutter compensation `rs274` keeps its calls back, so that they cannot be told apart by block.
+/// Under cutter compensation `rs274` keeps its calls back, so that nothing separates them by block.
 fn is_compensated(block: &Recorded) -> bool {
     let text = block.text.to_ascii_uppercase().replace(' ', "");
     text.contains("G41") || text.contains("G42")
@@ -101,7 +101,7 @@ fn is_compensated(block: &Recorded) -> bool {
 /// * G20 and G21: `USE_LENGTH_UNITS` of `rs274` leaves the number of the tool length as it was, 4 mm are 4
 ///   inch from there on. The machine gives it to the interpreter in the new unit
 ///   (`GET_EXTERNAL_TOOL_LENGTH_XOFFSET`).
-/// * Behind a tool change the interpreter reads its position again. `rs274` gives the end of the last motion,
+/// * After a tool change the interpreter reads its position again. `rs274` gives the end of the last motion,
 ///   in the coordinates of the tool length that was in force there.
 fn as_a_machine(program: &[Recorded]) -> usize {
     let (mut numbered, mut length, mut inch) = (false, false, false);
@@ -169,7 +169,7 @@ fn compare(program: &[Recorded], found: &mut Found) {
             break;
         }
     }
-    // Each refused block behind those before it.
+    // Each refused block after those before it.
     for (at, block) in program.iter().enumerate() {
         let Some(message) = block.refusal.as_ref().filter(|m| !SET_UP.iter().any(|start| m.starts_with(start))) else {
             continue;

@@ -1,5 +1,5 @@
 //! What a program refers to and the machine states: reference points and kinematics; what is known of the
-//! position behind motions of the machine axes.
+//! position after motions of the machine axes.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -48,7 +48,7 @@ fn named_axes_go_by_the_intermediate_point_to_the_reference_point() {
         let settings = on_machine(dialect);
         let ops = read_with("G21 G90 G0 X10. Y20. Z30.\nG91 G28 Z0\n", &settings).unwrap();
         let targets = motions(&ops);
-        // An increment of zero is where the axis stands: no motion of its own.
+        // An increment of zero is where the axis is: no motion of its own.
         assert_eq!(targets.len(), 2, "{dialect:?}");
         assert_eq!((targets[1].end_base, targets[1].programmed), (values(&[('Z', 610.0)]), 0b100), "{dialect:?}");
         assert!(targets[1].machine_coordinates);
@@ -109,7 +109,7 @@ fn a_point_that_nobody_states_is_refused_by_name() {
         }
         let error = read_with("G21 G90 G0 X1. Y2. Z3. A0\nG91 G28 A0\n", &on_machine(dialect)).unwrap_err();
         assert!(error.contains("no axis of this letter"), "{error}");
-        // Parameters of the settings stand before the machine, in mm and degrees.
+        // Parameters of the settings come before the machine, in mm and degrees.
         let mut settings = on_machine(dialect);
         settings.variables.insert("#5166".to_owned(), 90.0);
         let ops = read_with("G21 G90 G0 X1. Y2. Z3. C0\nG91 G28 Z0 C0\n", &settings).unwrap();
@@ -121,7 +121,7 @@ fn a_point_that_nobody_states_is_refused_by_name() {
     }
 }
 
-/// The machine drives X and Y to its tool change position; Z, which it does not state, is unknown behind M6.
+/// The machine drives X and Y to its tool change position; Z, which it does not state, is unknown after M6.
 #[test]
 fn the_tool_change_position_of_the_machine_is_known() {
     let text = "G21 G90 G17 G54\nG0 X1. Y2. Z50.\nT1 M6\nG91 G0 X-10.\nG90 G3 X-115. Y229. I-5. J0. F100.\nM30\n";
@@ -174,7 +174,7 @@ fn a_tool_length_that_depends_on_the_set_up_of_a_fanuc_is_reported() {
         let all = |tail: &str, dialect| assumed(&format!("{head}{way}\nG90\n{tail}\n"), dialect);
         assert_eq!(all("G0 Z10.", Dialect::Fanuc), 1, "{way}");
         assert_eq!(all("G0 X5.\nG99 G81 Z-3. R2. F100.\nX7.", Dialect::Fanuc), 1, "{way}");
-        // Told once; not where the program says it, nor where Z stays, nor on the other controls.
+        // Said once; not where the program says it, nor where Z stays, nor on the other controls.
         assert_eq!(all("G0 Z10.\nZ5.", Dialect::Fanuc), 1, "{way}");
         // A length that changes without Z is an assumption of its own.
         assert_eq!(all("G49\nZ10.", Dialect::Fanuc), 1, "{way}");
@@ -376,7 +376,7 @@ fn behind_machine_coordinates_under_tcp_no_coordinate_of_the_tip_is_known() {
 /// Without tool center point control the other axes stay known, as ever.
 #[test]
 fn behind_machine_coordinates_of_one_axis_the_others_are_known() {
-    // An ISO control knows Z itself, where no tool length stands between the axis and the tip.
+    // An ISO control knows Z itself, where no tool length is between the axis and the tip.
     for (dialect, text, z) in [
         (Dialect::Fanuc, "G21 G90 G0 X150. Y50. Z10.\nG53 Z-5.\nG91 G1 X1. F100.", Some(-5.0)),
         (Dialect::Fanuc, "G21 G90 G43 H1 G0 X150. Y50. Z10.\nG53 Z-5.\nG91 G1 X1. F100.", None),

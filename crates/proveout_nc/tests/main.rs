@@ -6,6 +6,7 @@ mod common;
 mod compensation;
 mod control_built_in;
 mod control_keys;
+mod control_languages;
 mod control_parameters;
 mod control_unknown;
 mod diagnostics_pages;

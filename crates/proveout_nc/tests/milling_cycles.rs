@@ -128,7 +128,7 @@ fn cases() -> ProptestConfig {
     ProptestConfig { cases, ..ProptestConfig::default() }
 }
 
-/// Program around a cycle: the tool stands at (40, 30).
+/// Program around a cycle: the tool is at (40, 30).
 fn program(cycle: &str, spindle: &str) -> String {
     format!(
         "BEGIN PGM A MM\nTOOL CALL 1 Z S1000 F500\nL X+40 Y+30 R0 FMAX {spindle}\nL Z+50 FMAX\n{cycle}\nCYCL CALL\nL Z+80 FMAX\nM30\nEND PGM A MM\n"
@@ -306,7 +306,7 @@ proptest! {
                 prop_assert!(near <= radius + 1e-3 * radius + 0.001, "{:?} stays: {} of {}\n{}", p, near, radius, text);
             }
         }
-        // Beside the surface the tool comes down, free of it.
+        // Next to the surface the tool comes down, free of it.
         let far = |p: P| {
             let q = turned([p[0] - 40.0, p[1] - 30.0], -turn);
             let x = (q[0] - 0.5 * sa).abs() - 0.5 * a;

@@ -81,7 +81,7 @@ fn every_case_is_refused_by_name_or_comes_back() {
                     assert!(fault.message.contains("not longer than the tool radius"), "{what}: {fault}");
                     continue;
                 }
-                // All that does not come back is told at once.
+                // All that does not come back is listed at once.
                 let back = std::panic::catch_unwind(|| {
                     let read = Program::from_text("written", written.as_str(), &settings(to, shift)).unwrap();
                     let second: Vec<Command> =

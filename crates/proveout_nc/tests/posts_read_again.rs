@@ -1,4 +1,4 @@
-//! A written program is read again and moves as the original, or it is told where it does not: every case
+//! A written program is read again and moves as the original, or the post says where it does not: every case
 //! program in every dialect, texts with one wrong number, and arcs of all radii.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]

@@ -1,4 +1,4 @@
-//! `check` tells the faults of all lines at once, each at its line, and none that follows from another.
+//! `check` reports the faults of all lines at once, each at its line, and none that follows from another.
 //!
 //! Faults are put into the programs of the case folders, which are in order: as lines of their own, and at
 //! the end of lines that are there, which then set less than they did. Corners: the first and the last line,
@@ -17,11 +17,11 @@ use proveout_nc::{Dialect, Limits, Settings, Survey, WorkOffset};
 struct Language {
     folder: &'static str,
     dialect: Dialect,
-    /// Wrong wherever they stand.
+    /// Wrong wherever they are.
     lines: &'static [&'static str],
     /// Wrong where they are run.
     run: &'static [&'static str],
-    /// Behind a line.
+    /// After a line.
     tail: &'static str,
 }
 
@@ -113,7 +113,7 @@ fn cases(folder: &str) -> Vec<PathBuf> {
     files
 }
 
-/// A line may be put in front of this one, or something behind it, without cutting a block in two.
+/// A line may be put in front of this one, or something after it, without cutting a block in two.
 fn is_whole(lines: &[String], at: usize) -> bool {
     let continued = |line: &str| line.trim_end().ends_with(['~', '$']);
     let parameter = |line: &str| line.trim_start().starts_with('Q') && (line.contains('=') || line.contains(" F"));
@@ -134,7 +134,7 @@ fn defines_cycle(line: &str) -> bool {
     line.contains("CYCL DEF") || line.contains("CYCLE DEF")
 }
 
-/// A block of its own, without a comment that would swallow what is put behind it.
+/// A block of its own, without a comment that would swallow what is put after it.
 fn is_plain(line: &str) -> bool {
     let code = line.trim();
     // The first block of an old cycle ends with its title.
@@ -169,7 +169,7 @@ fn is_plain(line: &str) -> bool {
         .any(|word| code.to_ascii_uppercase().contains(word))
 }
 
-/// What a survey tells, beside what it should.
+/// What a survey reports, and what it should.
 fn expect_reports(
     test: &str,
     path: &Path,
@@ -177,7 +177,7 @@ fn expect_reports(
     language: &Language,
     wrong: &BTreeSet<u32>,
 ) -> Result<BTreeSet<u32>, String> {
-    // Beside the case, so that its subprograms are found.
+    // Next to the case, so that its subprograms are found.
     let name = path.file_stem().unwrap().to_string_lossy().into_owned();
     let ending = path.extension().unwrap().to_string_lossy().into_owned();
     let folder = tempdir(test, path);
@@ -253,7 +253,7 @@ fn each_wrong_line_is_reported_and_no_other() {
             let ran = expect_reports("wrong", &path, &text, language, &BTreeSet::new()).unwrap();
             for _ in 0..count() {
                 let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
-                // Behind the tape nothing is read.
+                // After the tape nothing is read.
                 let end = lines.iter().rposition(|line| line.trim() == "%").unwrap_or(lines.len());
                 // The head of an archive or a tape is the first line.
                 let first = lines
@@ -270,7 +270,7 @@ fn each_wrong_line_is_reported_and_no_other() {
                 let mut wrong = BTreeSet::new();
                 let lines_before = lines.clone();
                 for (put, at) in at.iter().enumerate() {
-                    // Behind a block that is run; an approach or a corner wants its contour behind it.
+                    // After a block that is run; an approach or a corner wants its contour after it.
                     let before =
                         lines_before[..*at].iter().rfind(|line| !line.starts_with(';')).map_or("", String::as_str);
                     let waits =

@@ -1,5 +1,5 @@
-//! The motions of RS274 programs beside those of `LinuxCNC`'s own interpreter, where its program `rs274` is
-//! installed (Debian: `linuxcnc-uspace`).
+//! The motions of RS274 programs compared with those of `LinuxCNC`'s own interpreter, where its program
+//! `rs274` is installed (Debian: `linuxcnc-uspace`).
 //!
 //! `PROVEOUT_RS274_FOLDER` names a folder of further programs. Compared are the ends of all motions in work
 //! coordinates, whether they are rapid, and the centers of arcs. Left out are programs that one of the two
@@ -47,7 +47,7 @@ fn calls(path: &Path, tools: &Path) -> Result<Vec<Move>, Skipped> {
     }
     let (mut moves, mut unit, mut plane, mut here) = (Vec::new(), 1.0, [0, 1, 2], [0.0; 6]);
     for line in String::from_utf8_lossy(&output.stdout).lines() {
-        // `   12 N..... STRAIGHT_FEED(1.0000, ...)`, without the blank behind a long line number.
+        // `   12 N..... STRAIGHT_FEED(1.0000, ...)`, without the blank after a long line number.
         let call = line.split_once('N').map(|(_, rest)| rest.trim_start_matches(|c: char| !c.is_ascii_alphabetic()));
         let Some((name, rest)) = call.and_then(|call| call.split_once('(')) else {
             continue;

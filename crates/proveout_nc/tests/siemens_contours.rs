@@ -1,4 +1,4 @@
-//! CYCLE72 of an 840D with the tool center computed: the tool never crosses the contour, stands against it
+//! CYCLE72 of an 840D with the tool center computed: the tool never crosses the contour, touches it
 //! all along, with its allowance where it roughs, and goes as deep as the program says; and what of contours
 //! is refused.
 

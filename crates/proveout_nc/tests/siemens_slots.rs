@@ -1,5 +1,5 @@
 //! Slots and spigots of an 840D against their walls, written here by distances: the tool never crosses a
-//! wall, stands against it all around where the cycle finishes, and goes as deep as the program says, in no
+//! wall, touches it all around where the cycle finishes, and goes as deep as the program says, in no
 //! larger steps.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
@@ -113,7 +113,7 @@ fn slots_stay_in_their_walls_and_reach_them() {
     }
 }
 
-/// No point is nearer to the wall than the radius, some at the bottom stand against it, and no infeed is
+/// No point is nearer to the wall than the radius, some at the bottom touch it, and no infeed is
 /// larger than asked.
 fn check_inside(points: &[[f64; 3]], wall: impl Fn(P) -> f64, bottom: f64, infeed: f64) {
     let nearest = points.iter().map(|p| -wall([p[0], p[1]])).fold(f64::INFINITY, f64::min);

@@ -329,7 +329,7 @@ const SOUP: &[&str] = &[
     "CIP X=IC(5) Y=IC(1) I1=IC(2) J1=IC(3) K1=IC(0) ",
 ];
 
-/// FRC= is the feed of a corner: without one it does nothing, and that is told.
+/// FRC= is the feed of a corner: without one it does nothing, and the reader says so.
 #[test]
 fn a_feed_of_a_corner_without_a_corner_is_reported() {
     let notes = |text: &str| {
@@ -369,7 +369,7 @@ fn words_of_the_table_that_are_refused_are_refused_by_name() {
     let mut count = 0;
     for word in table_words(&["**refused by name**"]) {
         let line = match word.as_str() {
-            // Refused in a state or with arguments that the table names beside them.
+            // Refused in a state or with arguments that the table names with them.
             "KONTC" | "KONTT" => format!("{word}\nG1 G41 X10"),
             "DISC=" => "DISC=50\nG1 G41 X10".to_owned(),
             "ID=" => "ID=1 EVERY $A_IN[1]==1 DO M5".to_owned(),

@@ -1,4 +1,4 @@
-//! Real production programs, where they stand beside the checkout.
+//! Real production programs, where they lie next to the checkout.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use proveout_nc::{Command, Motion, Op, Program, Settings, ToolAction, ToolName, check};
 
-/// A folder of real inputs: beside the checkout, or one level higher where the checkout is one of several.
+/// A folder of real inputs: next to the checkout, or one level higher where the checkout is one of several.
 fn cases() -> Option<PathBuf> {
     let checkout = Path::new(env!("CARGO_MANIFEST_DIR")).parent()?.parent()?;
     checkout.ancestors().skip(1).take(2).map(|dir| dir.join("shared/cases")).find(|dir| dir.is_dir())

@@ -1,12 +1,12 @@
 //! The lines of Lu, Yang and Zhao 2022 (doi:10.21203/rs.3.rs-1213345/v1) near the leading edge of the
-//! stand-in blade, on both machines of the paper, beside the other kinds of path: what each asks of the
+//! substitute blade, on both machines of the paper, with the other kinds of path: what each asks of the
 //! rotary joints, whatever its blocks are.
 //!
 //! ```text
 //! cargo run -p proveout_path --example lu_lines
 //! ```
 //!
-//! Contacts lie 0.05 mm apart (0.01 mm where a line turns round an edge) and the tool stands along the
+//! Contacts lie 0.05 mm apart (0.01 mm where a line turns round an edge) and the tool lies along the
 //! normal. `deg/mm` is the largest rate of the joint that turns about the span (B of machine II, C of machine
 //! I) for each mm of the contact's path, `range` its largest range on one line, `deg/s` its velocity at 500
 //! mm/min, `feed` the lowest feed that 30 deg/s allow.

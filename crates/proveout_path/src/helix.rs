@@ -133,6 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
+    #[ignore = "nightly, 14 s"]
     fn the_ball_touches_the_blade_and_the_tip_is_a_radius_from_its_center() {
         let platform = Platform { fillet_radius: 10.0, margin: 18.0, thickness: 12.0 };
         let spec =

@@ -166,8 +166,8 @@ fn the_chord_error_holds_between_all_contacts() {
                     let sampler = Sampler { surface, cutter, rule: &rule, step };
                     let path = match sampler.line(&line) {
                         Ok(path) => path,
-                        // A bull-nose mill along the normal of a hollow stands on its rim: that is refused,
-                        // not planned.
+                        // A bull-nose mill along the normal of a hollow touches with its rim: that is
+                        // refused, not planned.
                         Err(PathError::CutterTooLarge { .. }) if which == 1 => continue,
                         Err(e) => panic!("{e}"),
                     };

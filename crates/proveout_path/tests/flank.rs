@@ -52,7 +52,7 @@ fn plan(
     Task { surface, cutter, rule: &QUARTERS, step, allowance }.plan(flank)
 }
 
-/// How deep the side of rulings along u stands in the cutter, over the whole ruling and 2 mm beside it, by
+/// How deep the side of rulings along u is in the cutter, over the whole ruling and 2 mm around it, by
 /// the widths of the profile.
 fn dense(surface: &dyn ParametricSurface, cutter: &PathCutter, line: &LineContacts, k: usize) -> f64 {
     let contact = &line.contacts[k];
@@ -84,7 +84,7 @@ fn the_flank_touches_a_developable_side_along_its_rulings() {
             for contact in &lines[0].contacts {
                 let error = contact.flank.unwrap();
                 assert!(error.gouge < 1e-7 && error.left < 1e-7 && error.twist < 1e-12, "{name} {error:?}");
-                // The axis stands off by the radius, turned by the half angle of the cone.
+                // The axis is off by the radius, turned by the half angle of the cone.
                 let angle = contact.touch.pose.axis.dot(&contact.place.normal).asin();
                 let half = if name == "cone" { rad(5.0) } else { 0.0 };
                 assert!((angle - half).abs() < 1e-9, "{name} {angle}");
@@ -106,7 +106,7 @@ fn the_error_on_a_twisted_side_is_that_of_dense_evaluation_and_grows_with_the_sq
         let error = lines[0].contacts[k].flank.unwrap();
         let slow = dense(&cui, &cutter, &lines[0], k);
         assert!((error.gouge - slow).abs() < 1e-4 * error.gouge.max(0.01), "{half_width}: {error:?} {slow}");
-        // The normal of w t + z e_z turned by twist z stands at atan(w twist) from its middle.
+        // The normal of w t + z e_z turned by twist z is at atan(w twist) from its middle.
         let twist = 2.0 * (half_width * 0.02).atan();
         assert!((error.twist - twist).abs() < 1e-6, "{error:?} {twist}");
         error.gouge.max(error.left)
@@ -190,7 +190,7 @@ fn axes_and_tips_on_a_face() {
         (AxisRule::LeadTilt { lead: l, tilt: t }, v(l.sin() * t.cos(), t.sin(), l.cos() * t.cos())),
         (AxisRule::InclinationTilt { inclination: l, tilt: 0.0 }, v(l.sin(), 0.0, l.cos())),
         (AxisRule::InclinationTilt { inclination: l, tilt: FRAC_PI_2 }, v(0.0, l.sin(), l.cos())),
-        // The table turns about y: the head leans towards it by h, the rest stands w towards the travel.
+        // The table turns about y: the head leans towards it by h, the rest is w towards the travel.
         (
             AxisRule::FixedHead { table: Vector::y(), head: h, lead: w },
             v(h.cos() * w.sin(), h.sin(), h.cos() * w.cos()),
@@ -215,7 +215,7 @@ fn axes_and_tips_on_a_face() {
         assert!((head.axis(&place, 0.5).unwrap() - v(0.0, -w.sin(), w.cos())).norm() < 1e-14);
     }
     assert_eq!(AxisRule::FixedHead { table: Vector::z(), head: 0.0, lead: 0.0 }.axis(&place, 0.5), None);
-    // Tips for an axis that leads by l, contact (5, 3, 0): the center of the corner circle stands r above it,
+    // Tips for an axis that leads by l, contact (5, 3, 0): the center of the corner circle is r above it,
     // the tip below that center.
     let axis = v(l.sin(), 0.0, l.cos());
     let tip = |cutter: &Cutter, flutes: f64| self::cutter(cutter, flutes).touch(&place, &axis, 0.0, None).pose.tip;

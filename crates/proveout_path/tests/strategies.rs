@@ -25,8 +25,8 @@ fn task<'a>(surface: &'a dyn ParametricSurface, cutter: &'a PathCutter) -> Task<
     Task { surface, cutter, rule: &RULE, step: StepRule::Chord { error: 0.005, longest: 2.0 }, allowance: 0.0 }
 }
 
-/// A blade of 100 mm whose edges have radii of 1.6 and 1.2 mm: those of the stand-in of Lu et al. go below 1
-/// um, where every chord is refused.
+/// A blade of 100 mm whose edges have radii of 1.6 and 1.2 mm: those of the substitute of Lu et al. go below
+/// 1 um, where every chord is refused.
 fn camber_side() -> CamberSide {
     let section = CamberSection::stand_in();
     CamberSide::new(Blade::new(BladeSpec { section, length: 100.0, twist: 0.004, platform: None }).unwrap())
@@ -75,7 +75,7 @@ fn lines_lie_as_far_apart_as_the_scallop_allows() {
     spaced("constant-scallop, concave", &task.plan(&constant).unwrap(), true);
 }
 
-/// Lines all round a blade, to and fro: every contact has its neighbor beside it but where the next line
+/// Lines all round a blade, to and fro: every contact has its neighbor next to it but where the next line
 /// begins aside, for the blade is twisted; the first and the last line lie at the ends of the range.
 #[test]
 fn lines_all_round_keep_within_their_range_and_find_their_neighbors() {
@@ -152,7 +152,7 @@ fn planes_across_a_blade_give_closed_lines_and_planes_along_it_open_ones() {
     let length = |l: &[LineContacts]| l[0].contacts.last().unwrap().length;
     assert!((length(&across) - length(&whole)).abs() < 1e-3, "{} {}", length(&across), length(&whole));
     assert!(contacts.iter().all(|c| (c.place.point.x - 40.0).abs() < 1e-5));
-    // Past the blade: nothing, and told.
+    // Past the blade: nothing, and reported.
     assert!(matches!(task.plan(&planes(Vector::x(), 140.0)), Err(PathError::NoLine { .. })));
     // A wavy face: planes across its waves.
     let sine = ClosedSurface::new(Sine::gentle());
@@ -214,7 +214,7 @@ fn links_round_the_blade_do_not_touch_it() {
     let lu = ClosedSurface::new(Lu::stand_in());
     let cutter = ball(6.0);
     let task = task(&lu, &cutter);
-    // One line on each side, and one beside the first: a hop, a way round, and all ends.
+    // One line on each side, and one next to the first: a hop, a way round, and all ends.
     let spacing = Spacing::At(vec![0.2, 0.21, 0.8, 0.25]);
     let lines =
         task.plan(&IsoParametric { label: Label::Surface, range: [0.0, 1.0], along: [0.1, 0.9], spacing }).unwrap();

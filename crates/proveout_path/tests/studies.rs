@@ -38,7 +38,7 @@ fn judged(surface: &dyn ParametricSurface, name: &str, strategy: &dyn Strategy) 
     let (cutter, rule) = (ball(), AxisRule::Normal);
     let task = Task { surface, cutter: &cutter, rule: &rule, step: StepRule::Length(0.05), allowance: 0.0 };
     let lines = task.plan(strategy).unwrap();
-    // The joint travel of the library machines is not what this is about: the blade stands where all of it is
+    // The joint travel of the library machines is not what this is about: the blade is where all of it is
     // in reach.
     let mut free = machine;
     for joint in &mut free.joints {
@@ -191,7 +191,7 @@ fn cuis_row_before_treatment() {
     assert!((c.velocity(20.0).to_degrees() - 212.6).abs() < 0.3);
 }
 
-/// The other kinds beside them: what a plane that cuts the edge and lines round the sections ask.
+/// The other kinds as well: what a plane that cuts the edge and lines round the sections ask.
 #[test]
 fn other_kinds_of_path_beside_the_edge() {
     let lu = ClosedSurface::new(Lu::stand_in());
@@ -200,7 +200,7 @@ fn other_kinds_of_path_beside_the_edge() {
     let across = figures(&lu, "lu-hybrid-ii", &transverse)[0];
     // Round an edge with a radius of 0.1 to 0.24 mm: 57.3 / radius at least.
     assert!(across > 200.0, "{across}");
-    // Planes across the chord of the root, beside the leading edge: they run along the span.
+    // Planes across the chord of the root, next to the leading edge: they run along the span.
     let normal = Vector::new(0.0, rad(35.0).cos(), rad(35.0).sin());
     let planes = IsoPlanar {
         normal,

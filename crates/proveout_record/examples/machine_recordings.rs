@@ -2,7 +2,7 @@
 //! block of stock on its table: `machine_recordings FOLDER [MACHINE...]`. The pictures of
 //! `docs/pictures/machines.png` are made from them.
 //!
-//! Working poses come from `machines/poses.csv`; slides that it does not name stand in the middle of their
+//! Working poses come from `machines/poses.csv`; slides that it does not name are in the middle of their
 //! travel, rotary joints at zero.
 #![allow(clippy::print_stdout, reason = "a command line prints")]
 
@@ -80,7 +80,7 @@ fn record(root: &Path, name: &str, pose: &[(String, f64)], folder: &Path) -> Res
     let machine = Machine::read(&root.join("machines").join(name))?;
     let scene = Scene::read(&root.join("scenes/cone-frustum"))?;
     let tools = ToolLibrary::read(&root.join("tools/cone-frustum.toml"))?;
-    // A block that stands on the clamping face and looks at home there.
+    // A block on the clamping face and looks at home there.
     let reach = machine.bodies.iter().find(|b| b.role == "table").map_or(100.0, |b| 0.5 * b.mesh.aabb().size().norm());
     let half = 0.18 * reach;
     let bounds = Aabb { min: Point::new(-half, -half, 0.0), max: Point::new(half, half, 1.2 * half) };

@@ -169,7 +169,7 @@ fn points_of_a_patch_and_its_mesh_are_distinguished_and_shown() {
     let patch = batch.column_by_name("patch").expect("patch").as_string::<i32>();
     let names: Vec<Option<&str>> = (0..3).map(|k| (!patch.is_null(k)).then(|| patch.value(k))).collect();
     assert_eq!(names, [None, Some("edge"), Some("edge")]);
-    // Four points of the patch stand where the stock has one.
+    // Four points of the patch lie where the stock has one.
     let weights: Vec<f64> = surface.weighted_points().map(|(_, w)| w).collect();
     assert_eq!(weights, [1.0, 0.25, 0.25]);
     proveout_record::write_part_files(folder.path(), &surface, 0.001).expect("written");

@@ -169,7 +169,7 @@ fn on_a_gentle_sine_the_windows_are_what_helps() {
     assert!(law(6.0)[1] < 20.9, "not more than the program before");
 }
 
-/// Between two keys with windows each has half of the way; a window beside an end of the row reaches to the
+/// Between two keys with windows each has half of the way; a window next to an end of the row reaches to the
 /// end.
 #[test]
 fn a_window_beside_an_end_of_the_row_has_all_of_the_way() {
@@ -183,7 +183,7 @@ fn a_window_beside_an_end_of_the_row_has_all_of_the_way() {
         let law = between_keys(&arc, &keys, window);
         (0..arc.len()).filter(|&i| (lean(&law[i]) - lean(&straight[i])).abs() > 1e-9).collect()
     };
-    // 3 mm fit on the side of the first end, where they would not beside another window.
+    // 3 mm fit on the side of the first end, where they would not next to another window.
     let found = changed(3.2);
     assert_eq!((found.first(), found.last()), (Some(&4), Some(&30)), "{found:?}");
     // Never beyond the middle between two windows.

@@ -1,6 +1,6 @@
 //! The method of Dong et al. 2023 against its specification: golden files, closed forms of roughness, the
-//! printed forms that are wrong, and the rows of the stand-in surface as an independent implementation counts
-//! them.
+//! printed forms that are wrong, and the rows of the substitute surface as an independent implementation
+//! counts them.
 
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests fail by panic; figures are told")]
 
@@ -108,7 +108,7 @@ fn golden_curves_and_the_printed_system() {
     }
     // (26) as printed misses the fixed values by degrees: 22 and 20 at these contacts.
     assert!((golden[5][7] - 22.0).abs() > 1.5 && (golden[12][7] - 20.0).abs() > 2.0);
-    // What does not fit is told, not bent: two values at one place, more places than coefficients.
+    // What does not fit is reported, not bent: two values at one place, more places than coefficients.
     assert!(fitted_curves(&u, &times, 9, &[(0, [1.0]), (5, [2.0]), (5, [3.0]), (20, [1.0])]).is_none());
     let all: Vec<(usize, [f64; 1])> = (0..21).map(|i| (i, [0.0])).collect();
     assert!(fitted_curves(&u, &times, 9, &all).is_none());
@@ -126,7 +126,7 @@ impl ContactSurface for Plane {
 }
 
 /// A parabola of height H has Ra = 4 H / (9 sqrt 3) about its mean line; the torus at a distance that is
-/// small beside its radius is one.
+/// small against its radius is one.
 #[test]
 fn roughness_of_a_plane_is_that_of_its_parabolas() {
     let parabola: Vec<[f64; 2]> =
@@ -193,7 +193,7 @@ fn bull_nose() -> Profile {
     Cutter::bull_nose(10.0, 3.0).unwrap().bodies(20.0).unwrap().remove(0)
 }
 
-/// The stand-in at a place, with the feed along x.
+/// The substitute at a place, with the feed along x.
 fn place(surface: &BladeSurface, x: f64, y: f64) -> PathPoint {
     let (sin, cos) = (std::f64::consts::TAU * x / 60.0).sin_cos();
     let off = (y - 20.0) * (y - 20.0) / 2.0;
@@ -214,7 +214,7 @@ fn place(surface: &BladeSurface, x: f64, y: f64) -> PathPoint {
     }
 }
 
-/// Rows of the stand-in at these y, with 101 contacts each, leaned by 20 degrees along the feed (Sturz).
+/// Rows of the substitute at these y, with 101 contacts each, leaned by 20 degrees along the feed (Sturz).
 fn sturz(surface: &BladeSurface, ys: &[f64]) -> Vec<CuttingRun> {
     let cutter = PathCutter::new(bull_nose());
     let at = |x: f64, y: f64| {
@@ -244,9 +244,9 @@ fn solved(
     method.reschedule(&runs[row], &around)
 }
 
-/// Rows of the stand-in, 0.8 mm apart in y: nothing gouges, the strip stays in its window, no contact is
+/// Rows of the substitute, 0.8 mm apart in y: nothing gouges, the strip stays in its window, no contact is
 /// rougher than 1.6 um, the joints turn at most 1.5 times as fast as with the constant lead. Rows: both rims,
-/// the middle where C stands, and the roughest. `PROVEOUT_MULTI_SCALE=full` takes all 51.
+/// the middle where C is at rest, and the roughest. `PROVEOUT_MULTI_SCALE=full` takes all 51.
 #[test]
 fn rows_of_the_stand_in_keep_all_rules() {
     let surface = dong();
@@ -405,7 +405,7 @@ fn a_probe_reads_a_part_with_a_normal_scatter() {
     assert_eq!([sharp.above(2.0, 0.99), sharp.above(2.0, 1.01)], [1.0, 0.0]);
 }
 
-/// With a measurement the study tells places, with a margin contacts lie farther inside, and what is no model
+/// With a measurement the study names places, with a margin contacts lie farther inside, and what is no model
 /// is refused.
 #[test]
 fn options_of_the_published_numbers_act() {

@@ -1,4 +1,4 @@
-//! The S-theta method against its specification: golden corners, the stand-in scene, properties of random
+//! The S-theta method against its specification: golden corners, the substitute scene, properties of random
 //! channels.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
@@ -59,7 +59,7 @@ fn golden_corners() {
     assert_eq!(rows, 5);
 }
 
-/// A pass over the stand-in blade and what surrounds it.
+/// A pass over the substitute blade and what surrounds it.
 fn stand_in(twist: f64, turns: f64, lead: f64, start: f64) -> CuttingRun {
     let spec = BladeSpec { section: CamberSection::stand_in(), length: 60.0, twist, platform: None };
     let blade = Blade::new(spec).unwrap();

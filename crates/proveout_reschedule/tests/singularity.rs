@@ -1,4 +1,4 @@
-//! Tool axes near the pole against their specification: golden files, the stand-in row with its published
+//! Tool axes near the pole against their specification: golden files, the substitute row with its published
 //! effect, rows that are not symmetric, and the printed forms that are wrong.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
@@ -91,7 +91,7 @@ fn golden_junctions() {
     }
 }
 
-/// A row along a blade on the table's axis, as the specification's stand-in: contact, normal, axis.
+/// A row along a blade on the table's axis, as the specification's substitute: contact, normal, axis.
 struct StandIn {
     contacts: Vec<(Point, Vector)>,
     axes: Vec<Vector>,
@@ -204,7 +204,7 @@ fn the_stand_in_row_has_the_published_effect() {
         close(tip_error(&row, &new), error, 1.5e-3);
         let change = row.axes.iter().zip(&new).map(|(a, b)| a.cross(&b.axis()).norm().asin().to_degrees());
         close(change.fold(0.0, f64::max), 1.06, 0.01);
-        // Blocks outside stay what they are, those behind by their other description.
+        // Blocks outside stay what they are, those after by their other description.
         for (i, (axis, angles)) in row.axes.iter().zip(&new).enumerate() {
             let near = |k: usize| i.abs_diff(k) <= 1 && junction != Junction::Off;
             let inside = i > stretches[0].head && i < stretches[0].tail;

@@ -1,5 +1,5 @@
-//! The method `smooth`: the stand-in scene, properties of random channels, what it refuses, and how its time
-//! grows.
+//! The method `smooth`: the substitute scene, properties of random channels, what it refuses, and how its
+//! time grows.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 #![expect(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
@@ -21,7 +21,7 @@ const FEED: f64 = 1000.0 / 60.0;
 /// Where the taut string needs more than this part of the joint's velocity, the time of blocks grows.
 const VELOCITY_OF_STRING: f64 = 0.985;
 
-/// The pass of the published experiment over the stand-in blade, at 1000 mm/min of the ball center.
+/// The pass of the published experiment over the substitute blade, at 1000 mm/min of the ball center.
 fn stand_in(feed: f64) -> CuttingRun {
     let twist = 0.1_f64.to_radians();
     let spec = BladeSpec { section: CamberSection::stand_in(), length: 60.0, twist, platform: None };
@@ -183,7 +183,7 @@ fn random_channels_are_kept_between_blocks_and_their_bound_is_never_above() {
             assert!(plan.angles.windows(2).all(|q| q[1] >= q[0]), "seed {seed} falls");
         }
         splines += u64::from(plan.acceleration.is_some());
-        // The second derivative is continuous, and nowhere above what is told or what ramps may have: second
+        // The second derivative is continuous, and nowhere above what is given or what ramps may have: second
         // differences are means of it.
         if let Some(peak) = plan.acceleration {
             let ramp = 3.0_f64;

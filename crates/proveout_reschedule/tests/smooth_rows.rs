@@ -36,7 +36,7 @@ impl ContactSurface for Flat {
     }
 }
 
-/// Places beside the row, each of which forbids a cap of axes while the ball center is near it along x.
+/// Places next to the row, each of which forbids a cap of axes while the ball center is near it along x.
 #[derive(Clone, Debug, Default)]
 struct Posts(Vec<Post>);
 
@@ -126,7 +126,7 @@ fn made(
     method.reschedule(run, &around)
 }
 
-/// Joint positions of poses as a control goes through them, or those that are told.
+/// Joint positions of poses as a control goes through them, or those that are given.
 fn joints(made: &Rescheduled, machine: &Machine) -> Vec<JointValues> {
     if let Some(rotary) = &made.rotary {
         return rotary.clone();
@@ -191,7 +191,7 @@ fn random_posts_are_passed_free_between_blocks_and_smoother_than_before() {
         let done = match made(&SmoothRows::default(), &run, &machine, &posts, None) {
             Ok(done) => done,
             Err(e) => {
-                // The program itself touches, or stands in what cells hold for taken: said with the block.
+                // The program itself touches, or is in what cells count as taken: said with the block.
                 assert!(e.code.starts_with("reschedule-") && e.line > 0, "{e:?}");
                 refused += 1;
                 continue;
@@ -362,7 +362,7 @@ impl TimeLaw for Lift {
     }
 }
 
-/// What leads to a row counts: with ends that may move, the smoothest schedule stands still, but begins
+/// What leads to a row counts: with ends that may move, the smoothest schedule is at rest, but begins
 /// elsewhere.
 #[test]
 fn a_row_that_gains_nothing_but_lengthens_what_leads_to_it_is_not_handed_out() {

@@ -123,7 +123,7 @@ fn over_a_bar(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, ca
     });
 }
 
-/// A thin tool goes down between rays, at a rapid or without edges at its center; its twin goes down beside
+/// A thin tool goes down between rays, at a rapid or without edges at its center; its twin goes down next to
 /// the block.
 fn thin_tools(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &mut Vec<Case>) {
     let d = (0.9 * cell).min(next(0.5, 3.0));
@@ -172,8 +172,8 @@ fn pins(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &
 fn shank_and_holder(next: &mut impl FnMut(f64, f64) -> f64, cell: f64, fault: bool, cases: &mut Vec<Case>) {
     let dip = if fault { 0.2 * cell.min(2.0) + 0.02 } else { -0.02 };
     let reach = next(0.1, 0.4) * cell.min(2.0) + 0.03;
-    // Flutes and neck of D4 go beside the block; 12 mm above the tip the shank of D10 begins and reaches over
-    // its edge by `reach`.
+    // Flutes and neck of D4 go next to the block; 12 mm above the tip the shank of D10 begins and reaches
+    // over its edge by `reach`.
     let tool = "center_cutting = true\nflute_length_mm = 6.0\nshank_diameter_mm = 10.0\nneck_length_mm = 6.0\nneck_diameter_mm = 4.0";
     let y = 30.0 + 5.0 - reach;
     cases.push(Case {

@@ -72,7 +72,7 @@ fn first_block(text: &str) -> u32 {
     text.lines().position(|l| l.starts_with("G1 ")).unwrap() as u32 + 1
 }
 
-/// All words are told, and the place is a motion of the program.
+/// All words are reported, and the place is a motion of the program.
 fn expect_refusal(error: &ControlError, code: &str, spoiled: &Spoiled, words: &[&str]) -> u32 {
     let text = error.to_string();
     assert_eq!(error.code, code, "{text}");

@@ -58,7 +58,7 @@ const LEVEL: &str = "[0, 0, 1]";
 /// A plate of 40 x 30 x 6 mm whose lower face is 50 mm above the table.
 const PLATE: &str = "box = { min_mm = [-20, -15, -6], max_mm = [20, 15, 0] }";
 
-/// A slot along Y at X 5 through the plate: 12 mm are left beside it.
+/// A slot along Y at X 5 through the plate: 12 mm are left next to it.
 fn slot(after: &str) -> String {
     format!(
         "G17 G54 G90 G94 G710 G60\nT=\"END_D6\"\nM6\nS3000 M3\nG0 X5 Y-20\nG0 Z5 D1\nG0 Z-6.5\nG1 Y22 F600\nG0 Z20\n{after}M5\nM30\n"
@@ -139,7 +139,7 @@ fn gate<'a>(verdict: &'a Verdict, name: &str) -> &'a GateVerdict {
     verdict.gates.iter().find(|g| g.gate.name() == name).expect("there")
 }
 
-/// The one part that came off, told in one finding.
+/// The one part that came off, reported in one finding.
 fn part(verdict: &Verdict) -> &Finding {
     let matches = of(verdict, "process-loose-part");
     assert_eq!(matches.len(), 1, "{:#?}", verdict.findings);
@@ -255,7 +255,7 @@ fn what_hangs_on_friction_is_not_decided() {
         assert!(g.state != State::Pass && g.reason.contains("where loose part 1, cut off the stock, goes"), "{g:?}");
     }
     assert_eq!(verdict.removal.fallen_mm3, 0.0);
-    // Nobody says where up is.
+    // Up is not stated.
     let unknown = machine(LEVEL, false, WHOLE_TABLE).replace("up = [0, 0, 1]\n", "");
     let (verdict, _) = prove(&unknown, &support(8.0), &slot(""));
     assert!(part(&verdict).message.contains("does not state `up`"), "{:?}", part(&verdict));

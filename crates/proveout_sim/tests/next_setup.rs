@@ -1,4 +1,4 @@
-//! One setup after the other: what a run leaves is the stock of the next one, and each block tells its
+//! One setup after the other: what a run leaves is the stock of the next one, and each block names its
 //! engagement.
 
 use std::{
@@ -22,7 +22,7 @@ const FEED_MM_MIN: f64 = 400.0;
 const SPEED_RPM: f64 = 3000.0;
 const FLUTES: f64 = 3.0;
 
-/// A slot along X, 3 mm deep with an end mill of 6 mm; a second one beside it that leaves a wall of 2 mm.
+/// A slot along X, 3 mm deep with an end mill of 6 mm; a second one next to it that leaves a wall of 2 mm.
 const SLOTS: &str = "G17 G54 G90 G94 G710 G60\nT=\"SCHAFT_D6_N_AP15\"\nM6\nS3000 M3\nG0 X-30 Y-4\nG0 Z5 D1\nG1 Z-3 F400\n\
                      G1 X30\nG0 Z5\nG0 X-30 Y4\nG1 Z-3\nG1 X30\nG0 Z5\nM5\nM30\n";
 
@@ -66,7 +66,7 @@ impl Shop {
         self.folder.path().join(name)
     }
 
-    /// A scene of its own folder; `top` stands before the tables.
+    /// A scene of its own folder; `top` comes before the tables.
     fn scene(&self, name: &str, top: &str, stock: &str, rest: &str, program: &str) -> PathBuf {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the workspace root").to_owned();
         let folder = self.path(name);
@@ -105,7 +105,7 @@ fn the_next_setup_starts_with_what_the_first_has_left() {
     assert!(verdict.removal.volume_mm3 > 1000.0 && left.has_history());
     assert_eq!((verdict.removal.regrid_bound_mm, verdict.removal.cells_mm), (None, [0.25; 3]));
 
-    // The same pose and cells: nothing is lost. A wall of 2 mm stands between the slots.
+    // The same pose and cells: nothing is lost. A wall of 2 mm is between the slots.
     let wall = "[[inspect]]\nname = \"wall\"\nkind = \"thickness\"\nfrom_mm = [0, -3, -1]\ndirection = \"+y\"\nnominal_mm = 2\n\
                 tolerance_mm = 0.001\n[[inspect]]\nname = \"floor\"\nfrom_mm = [0, 4, 5]\ndirection = \"-z\"\nnominal_mm = -3\n\
                 tolerance_mm = 0.001\n";
@@ -121,7 +121,7 @@ fn the_next_setup_starts_with_what_the_first_has_left() {
         assert!(off.abs() < 0.001, "{m:?}");
     }
 
-    // Turned over: the slots look down, and nothing is lost either. Other cells: a bound is told.
+    // Turned over: the slots look down, and nothing is lost either. Other cells: a bound is reported.
     let over =
         "from_run = \"../first/stock.dexel\"\nplace = { rotation_deg = [180, 0, 0], translation_mm = [0, 0, -10] }";
     let third = shop.scene("third", "resolution_mm = 0.25", over, "", EMPTY);
@@ -237,7 +237,7 @@ fn a_faulty_mesh_is_refused_and_mended_only_when_asked() {
 #[test]
 fn a_part_that_is_cut_off_is_reported_and_the_collision_gate_does_not_pass() {
     let shop = Shop::new();
-    // A plate of 6 mm: a slot along Y through all of it at X 8 leaves 9 mm beside it.
+    // A plate of 6 mm: a slot along Y through all of it at X 8 leaves 9 mm next to it.
     let plate = "box = { min_mm = [-20, -10, -6], max_mm = [20, 10, 0] }";
     let slot = |depth: f64| {
         format!(

@@ -1,6 +1,6 @@
-//! What a re-scheduling method gets beside the poses: contacts with normals and curvatures, free poses,
-//! times, the machine. The method here leans the tool from the surface normal towards the feed as far as it
-//! stays free, and asks for all of it.
+//! What a re-scheduling method gets in addition to the poses: contacts with normals and curvatures, free
+//! poses, times, the machine. The method here leans the tool from the surface normal towards the feed as far
+//! as it stays free, and asks for all of it.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -55,7 +55,7 @@ impl Method for LeanFromNormal {
             };
             let free = [70.0, 35.0, 0.0].into_iter().map(leaned).find(|p| region.clearance(p) > 0.5);
             let pose = free.unwrap_or(block.pose);
-            // Leaned that far the head stands low: travel of slides is judged when a program runs.
+            // Leaned that far the head is low: travel of slides is judged when a program runs.
             q = match machine.inverse_nearest(&pose, 190.0, &q) {
                 Ok(solution) => solution.q,
                 Err(KinematicsError::OverTravel { rotary: false, solution, .. }) => solution.q,
@@ -114,7 +114,7 @@ fn a_method_receives_contacts_curvatures_free_poses_times_and_the_machine() {
     let sharpest = on_surface.iter().map(|[_, k]| *k).fold(0.0, f64::max);
     assert!((sharpest - 1.0 / 1.2).abs() < 0.01, "{sharpest}");
     assert!(on_surface.iter().any(|[_, k]| *k < 1e-3), "the larger curvature of a hollow is that along the blade");
-    // On a slender blade beside a platform the tool leans far in most places, and no chosen pose touches.
+    // On a slender blade next to a platform the tool leans far in most places, and no chosen pose touches.
     let angle = |p: &ToolPose, before: &ToolPose| p.angle_to(before).to_degrees();
     assert!(run.after.iter().zip(&run.before).any(|(a, b)| angle(a, b) > 30.0));
     let tool = tool(&ToolName::Name("BALL_D16".into())).unwrap();

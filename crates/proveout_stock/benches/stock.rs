@@ -55,7 +55,7 @@ fn waves(rows: usize, depth: f64, tilt: f64) -> Vec<SweepMotion> {
     moves
 }
 
-/// Processor time of all threads so far, where the system tells it.
+/// Processor time of all threads so far, where the system says it.
 fn cpu_seconds() -> f64 {
     let read = || {
         let tasks = std::fs::read_dir("/proc/self/task").ok()?;
@@ -90,7 +90,7 @@ fn watched(rows: usize) {
     let body = ball(4.0, 40.0);
     for tilt in [0.0, 0.36] {
         let moves = waves(rows, 1.5, tilt);
-        // Least of three: other programs may run beside this one.
+        // Least of three: other programs may run at the same time.
         let least = |prepare: &dyn Fn(&mut TriDexel)| {
             let mut best = (f64::INFINITY, 0, block(0.1));
             for _ in 0..3 {
@@ -193,8 +193,8 @@ fn scaling(rows: usize) {
     }
 }
 
-/// What a patch of 10 x 10 mm with cells of half the size costs beside the stock: over the path, and where no
-/// motion comes.
+/// What a patch of 10 x 10 mm with cells of half the size costs in addition to the stock: over the path, and
+/// where no motion comes.
 fn patches(rows: usize) {
     let (body, raw) = (ball(4.0, 40.0), RawBody::block(&block(1.0).bounds()));
     let moves = waves(rows, 1.5, 0.36);

@@ -82,7 +82,7 @@ fn flank(rows: usize) -> Vec<SweepMotion> {
     moves
 }
 
-/// Processor time of all threads so far, where the system tells it (Linux: nanoseconds in the first field of
+/// Processor time of all threads so far, where the system says it (Linux: nanoseconds in the first field of
 /// schedstat).
 fn cpu_seconds() -> Option<f64> {
     let tasks = std::fs::read_dir("/proc/self/task").ok()?;

@@ -47,7 +47,7 @@ fn a_plunge_is_as_deep_as_its_tip() {
     for (name, body) in [("flat", flat(1.5, 40.0)), ("drill", drill(1.5, 1.18, 40.0)), ("ball", ball(4.0, 40.0))] {
         for (depth, pieces) in [(0.02, 1), (0.3, 7), (4.0, 150), (15.0, 1), (15.0, 9)] {
             let mut stock = block(0.2);
-            // The axis stands on a ray along z, so that this one sees the tip.
+            // The axis lies on a ray along z, so that this one sees the tip.
             let way = [at(30.1, 10.1, 3.0), at(30.1, 10.1, -depth)];
             let found = rapid(&mut stock, &mut Depths::new(CONTACT), &body, 5, way, pieces);
             // Only the very tip of a cone is that deep: it lies on the ray, and 1e-7 mm are the body's
@@ -63,7 +63,7 @@ fn a_side_step_is_as_deep_as_it_goes() {
         for pieces in [1, 9, 50] {
             let mut stock = block(0.2);
             let body = flat(5.0, 40.0);
-            // Beside the block, 8 mm below its top, then into its face x = 0: the deepest point is the apex
+            // Next to the block, 8 mm below its top, then into its face x = 0: the deepest point is the apex
             // on a ray along x.
             let way = [at(-6.0, 10.1, -8.0), at(-5.0 + side, 10.1, -8.0)];
             let found = rapid(&mut stock, &mut Depths::new(CONTACT), &body, 0, way, pieces);
@@ -92,7 +92,7 @@ fn dragging_on_after_a_slot_is_as_deep_as_the_nearest_face() {
 }
 
 /// The end of a slot that was not quite reached, taken by the retract along it: a shaving of 3 micrometers
-/// over 5 mm of height. It stands on a ray along z.
+/// over 5 mm of height. It lies on a ray along z.
 #[test]
 fn a_shaving_is_as_deep_as_it_is_wide() {
     let body = flat(1.5, 20.0);
@@ -162,7 +162,7 @@ fn slanting_faces_have_their_depth_along_the_normal() {
     }
 }
 
-/// A shank that rubs, probed again and again by short motions: the depth is that in the wall as it stands.
+/// A shank that rubs, probed again and again by short motions: the depth is that in the wall as it is.
 #[test]
 fn probes_see_the_whole_depth_each_time() {
     let mut stock = block(0.2);
@@ -209,7 +209,7 @@ fn a_start_inside_of_material_is_as_deep_as_its_longest_overlap() {
     assert!(reports[0].overlap_mm > 4.0);
 }
 
-/// Batches and runs: the depth of a run goes on over calls, a new run begins anew; measuring changes nothing
+/// Batches and runs: the depth of a run goes on over calls, a new run begins again; measuring changes nothing
 /// that is cut.
 #[test]
 fn runs_go_on_over_batches_and_measuring_cuts_nothing_else() {
@@ -242,7 +242,7 @@ fn runs_go_on_over_batches_and_measuring_cuts_nothing_else() {
 /// the way up.
 #[test]
 fn a_chord_that_the_sweep_may_leave_is_no_depth() {
-    // Half angle 67.5 degrees; the ray x = any, y = 9.125, z = -14.625 lies 0.905 mm beside the axis, where
+    // Half angle 67.5 degrees; the ray x = any, y = 9.125, z = -14.625 lies 0.905 mm off the axis, where
     // the cone has 0.90533.
     let drill = drill(1.5, 67.5_f64.to_radians(), 30.0);
     let mut stock = block(0.25);

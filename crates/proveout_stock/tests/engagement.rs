@@ -130,7 +130,7 @@ fn a_second_pass_finds_nothing_and_a_deeper_one_only_its_own_depth() {
 
 #[test]
 fn engagement_turns_with_the_frame_and_does_not_depend_on_threads() {
-    // A slot in a block that stands askew, cut along the same way: the same engagement but for the places of
+    // A slot in a block that is turned, cut along the same way: the same engagement but for the places of
     // the rays.
     let tool = bull(4.0, 1.0, 30.0);
     let turn = Pose::from_rpy(Vector::new(3.0, 2.0, 1.0), rad(25.0), rad(-40.0), rad(70.0));

@@ -47,7 +47,7 @@ fn a_saved_stock_comes_back_bit_for_bit() {
         let back = loaded(&bytes).unwrap();
         assert_eq!(seen(&back), seen(&stock));
         assert_eq!(saved(&back), bytes, "same stock, same bytes");
-        // Every end of the block is told by what changed against its neighbor.
+        // Every end of the block is found by what changed against its neighbor.
         assert!(bytes.len() < 33 * stock.surface_points().count() / 2);
         let mut both = [stock, back];
         let tool = flat(2.0, 20.0);
@@ -110,7 +110,7 @@ fn absurd_numbers_with_a_right_digest_are_refused_before_memory_is_taken() {
             assert!(free || loaded(&announced(&good, at, number)).is_err(), "{number} at {at}");
         }
     }
-    // More cells than the memory allowed: the cell that fits is told.
+    // More cells than the memory allowed: the cell that fits is named.
     let fine = announced(&good, 16, 1e-6_f64.to_bits());
     assert!(matches!(loaded(&fine), Err(StockFileError::Stock(StockError::Memory { .. }))));
 }
@@ -297,7 +297,7 @@ fn a_block_with_a_ball_slot_in_a_new_pose_stays_within_its_bound() {
         assert!(edge <= bound.edge_mm + bound.surface_mm, "{edge} {bound:?}");
         // The bound says something: a facet of the slot is off by cell^2 / 8 r.
         assert!(bound.surface_mm < cell * cell / r, "{bound:?}");
-        // Nothing is missing: a ray stands for the area of its cell, of which the last may reach past a face.
+        // Nothing is missing: a ray represents the area of its cell, of which the last may reach past a face.
         assert!((new.volume() / stock.volume() - 1.0).abs() < 0.015);
     }
 }

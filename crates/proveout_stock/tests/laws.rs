@@ -102,7 +102,7 @@ fn the_tube_of_a_bull_nose_on_a_circle_leaves_a_flat_groove_with_round_walls() {
     for p in stock.surface_points().filter(|p| p.made_by.is_some()) {
         let d = (p.point.x - 10.0).hypot(p.point.y - 8.0);
         let outside = (d - 7.5).max(2.5 - d).max(0.0);
-        // Above the tube the walls stand straight.
+        // Above the tube the walls are straight.
         let below = (6.5 - p.point.z).max(0.0);
         let off = outside.hypot(below) - 1.0;
         assert!(off.abs() < chord + 1e-3, "{:?}: {off}", p.point);

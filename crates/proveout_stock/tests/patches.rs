@@ -235,7 +235,7 @@ fn rays_through_stock_and_patch_are_joined_at_the_faces_of_the_window() {
     let on = |patch: &Patch, y: f64| patched_intervals(&stock, std::slice::from_ref(patch), 2, 10.0, y);
     let lengths = |list: &[Interval]| list.iter().map(|m| [m.lo, m.hi]).collect::<Vec<_>>();
     assert_eq!(lengths(&on(&patch, 10.0)), [[0.0, 12.0]], "whole material has no seam");
-    // Cut in the patch alone, so that it can be told apart: a cavity from 4 to 7.
+    // Cut in the patch alone, so that it can be recognized: a cavity from 4 to 7.
     let tool = flat(2.0, 3.0);
     patch.sweep(&[remove(1, &tool, pose([10.0, 10.0, 4.0], UP), pose([10.0, 10.5, 4.0], UP))]);
     let material = lengths(&on(&patch, 10.0));
@@ -348,7 +348,7 @@ fn a_patch_of_an_earlier_stock_is_taken_over_where_it_can_be() {
     // Shifted by half a mm: still its rays.
     let (_, shifted) = next(vec![patch.stock().clone()], &Pose::from_translation(Vector::new(0.5, -0.25, 2.0)));
     assert_eq!((shifted.stock().regrid_bound(), places(&shifted).len()), (None, places(&patch).len()));
-    // Without it the coarse stock is re-gridded, which is told: chords of 1 mm in a ball of 4 mm.
+    // Without it the coarse stock is re-gridded, which is reported: chords of 1 mm in a ball of 4 mm.
     let (again, coarse) = next(Vec::new(), &Pose::identity());
     assert_eq!(again.regrid_bound(), None);
     let bound = coarse.stock().regrid_bound().unwrap();

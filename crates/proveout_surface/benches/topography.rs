@@ -21,7 +21,7 @@ use rayon::prelude::*;
 /// Points of 90 patches of 801 x 801.
 const PATCHES: f64 = 90.0 * 801.0 * 801.0;
 
-/// Processor time of this thread, s; none where the system does not tell.
+/// Processor time of this thread, s; none where the system does not say.
 fn processor_s() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     text.split_whitespace().next()?.parse::<f64>().ok().map(|ns| ns * 1e-9)

@@ -145,7 +145,7 @@ fn fault(numbers: &mut Numbers, kind: usize, depth: f64) -> (TriMesh, Vec<Profil
     }
 }
 
-/// Gouges of 0.1 to 3 cells along edges, on faces and beside walls, in any direction of space, among clean
+/// Gouges of 0.1 to 3 cells along edges, on faces and next to walls, in any direction of space, among clean
 /// passes: all are found with their depth, and none where the pass only touches or stays within what is
 /// allowed.
 #[test]

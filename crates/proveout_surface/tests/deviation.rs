@@ -285,7 +285,7 @@ fn a_slot_cut_into_stock_is_measured_exactly() {
     stock.sweep(&[SweepItem { id: 3, body: &cutter, action: Action::Remove, motion }]);
     let samples: Vec<SurfacePoint> = stock.surface_points().collect();
     let floor = HalfSpaceDesign { point: Point::new(0.0, 0.0, 12.0), normal: Vector::z() };
-    // The walls of the slot stand on its floor: they are kept out by the region.
+    // The walls of the slot begin at its floor: they are kept out by the region.
     let region = Aabb { min: Point::new(0.0, 10.5, 11.0), max: Point::new(40.0, 19.5, 13.0) };
     let settings =
         DeviationSettings { cells: [0.5; 3], only_cut: true, region: Some(region), range: 1.0, ..settings() };

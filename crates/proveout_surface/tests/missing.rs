@@ -1,4 +1,4 @@
-//! Missing material on the rays, areas, and what the rays cannot tell. Parts are made as meshes, so that what
+//! Missing material on the rays, areas, and what the rays cannot show. Parts are made as meshes, so that what
 //! is missing is known in closed form and nothing is cut.
 
 use std::f64::consts::PI;
@@ -62,7 +62,7 @@ struct Found {
     deepest_point: f64,
 }
 
-/// Holds a part against a design, as a run does.
+/// Compares a part with a design, as a run does.
 fn hold(stock: &TriDexel, design: &TriMesh, limit: f64) -> Found {
     let tree = DesignMesh::new(design).expect("solid");
     let settings = DeviationSettings {
@@ -144,7 +144,7 @@ fn a_wall_that_is_gone_counts_with_its_thickness() {
         assert!(area.area >= sides * 0.999 && area.area < sides + 56.0 * (thickness + 0.5), "{area:?}");
         assert!((area.volume / (40.0 * 8.0 * thickness) - 1.0).abs() < 0.02, "{thickness}: {area:?}");
         assert!((10.0..=18.0).contains(&area.point.z), "{area:?}");
-        // What the points of the part tell: half of it at most.
+        // What the points of the part show: half of it at most.
         assert!(found.deepest_point <= 0.5 * thickness + 1e-9);
     }
 }
@@ -210,7 +210,7 @@ fn shapes() -> Vec<(&'static str, TriMesh)> {
     for i in 0..n - 1 {
         triangles.extend([[i, i + 1, above(i + 1)], [i, above(i + 1), above(i)]]);
     }
-    // Tops of the fins stand between the upper points of their feet.
+    // Tops of the fins lie between the upper points of their feet.
     let mut order: Vec<u32> = (0..n).collect();
     for i in (0..n).rev() {
         order.push(above(i));
@@ -330,7 +330,7 @@ fn walls_are_seen_at_any_thickness_and_pins_between_the_rays_are_not() {
     assert!((found.thickness - 0.2).abs() < 1e-9 && found.point.z > 10.0);
     assert_eq!(looked_for(&on(20.25, 20.25, 0.2), &plate()), None);
     assert_eq!(looked_for(&on(20.0, 20.0, 0.6), &plate()), None, "wider than a cell");
-    // It is gone from the plate: the rays that meet the second one tell.
+    // It is gone from the plate: the rays that meet the second one show it.
     assert!(hold(&plate(), &pin, 0.02).areas.is_empty());
     assert_eq!(hold(&plate(), &on(20.25, 20.25, 0.2), 0.02).areas.len(), 1);
     // Finer cells see it.

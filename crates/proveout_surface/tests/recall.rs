@@ -247,7 +247,7 @@ fn part(n: &mut Numbers, index: usize) -> Part {
     Part { design, strokes, faults, free_sites }
 }
 
-/// Where a line enters a ball, from below; none beside it.
+/// Where a line enters a ball, from below; none next to it.
 fn entry(point: &Point, normal: &Vector, center: &Point, radius: f64) -> f64 {
     let d = center - point;
     let along = d.dot(normal);

@@ -208,7 +208,7 @@ fn ridges_on_the_cut_surface_have_the_height_of_the_closed_form() {
         let area = 36.0 / job.design.up.z;
         let length = all.length * job.step;
         assert!((length / area - 1.0).abs() < 0.06, "{name}: {length} mm2 of {area}");
-        // Passes are told apart, and none cuts two rows.
+        // Passes are distinct, and none cuts two rows.
         let passes = by_pass(&found.ridges);
         assert!(
             passes.iter().all(|p| p.first_piece % 5 < 5) && (6..=14).contains(&passes.len()),

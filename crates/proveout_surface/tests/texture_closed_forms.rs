@@ -96,7 +96,7 @@ fn sampled_profiles_have_six() {
     for row in rows() {
         let got = match (row.case, row.quantity) {
             // A mean of squares over whole periods of nodes misses the integral of a kinked profile by the
-            // square of the step: a finer and a coarser step tell how much (Richardson).
+            // square of the step: a finer and a coarser step show how much (Richardson).
             ("parabola_gauss_highpass", _) => {
                 let at = |points: i32| {
                     let step = row.pitch / f64::from(points);
@@ -145,7 +145,7 @@ fn sampled_profiles_have_six() {
 #[test]
 fn a_sampled_map_of_two_rows_has_their_moments() {
     // Nodes at the middles of cells; the means miss the integrals by the square of the step, which two steps
-    // tell.
+    // show.
     let at = |n: usize| {
         let heights = (0..n * n)
             .map(|k| {

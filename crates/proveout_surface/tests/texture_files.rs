@@ -106,7 +106,7 @@ fn files_of_another_program_are_read() {
     let files: [(&str, &[u8], f64); 3] = [
         ("x3p", include_bytes!("reference/surfalize.x3p"), 1e-15),
         ("binary sdf", include_bytes!("reference/surfalize.sdf"), 1e-15),
-        // Ten digits behind the point, of um.
+        // Ten digits after the point, of um.
         ("text sdf", include_bytes!("reference/surfalize-text.sdf"), 1e-13),
     ];
     for (what, bytes, bound) in files {
@@ -246,7 +246,7 @@ fn binary_types_of_the_standard_are_read() {
 #[test]
 fn damaged_archives_are_refused() {
     let good = x3p_bytes(&map()).expect("written");
-    // Every byte of the archive that is changed is told, or changes nothing that is read.
+    // Every byte of the archive that is changed is reported, or changes nothing that is read.
     let Measured::Map(want) = read(&good) else { panic!("no map") };
     let mut refused = 0;
     for k in (0..good.len()).step_by(7) {
@@ -273,7 +273,7 @@ fn cases() -> u32 {
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(), ..ProptestConfig::default() })]
 
-    /// Corners: empty files, bytes behind each magic word, texts of the words of the formats in any order,
+    /// Corners: empty files, bytes after each magic word, texts of the words of the formats in any order,
     /// one byte changed or a length cut off of good files.
     #[test]
     fn no_bytes_make_it_panic(

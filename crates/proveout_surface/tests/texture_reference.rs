@@ -91,7 +91,7 @@ fn areas_have_the_values_of_the_package() {
         // Both interpolate the autocorrelation between lags of 4 um, each in its own way.
         close(1e3 * unfiltered.sal_mm.expect("decays"), &want["Sal"], 0.05, &format!("area {k}, Sal"));
         assert_eq!(unfiltered.str.is_none(), want["Str"].is_null(), "area {k}, Str");
-        // The marks run across the direction that the patch was made with. The package tells that direction,
+        // The marks run across the direction that the patch was made with. The package names that direction,
         // with rows upward where rows run with y here; where its steps differ, it warns that it may be wrong.
         let lay = unfiltered.std_deg.expect("a lay");
         let off = |want: f64| ((lay - want + 90.0).rem_euclid(180.0) - 90.0).abs();
@@ -141,7 +141,7 @@ fn profiles_have_the_values_of_the_package() {
         let (k, step) = (case(entry, "case"), number(entry, "step_um"));
         let heights = line(k as u64, case(entry, "count"), step);
         let report = ProfileReport::of(&Profile::new(1e-3 * step, heights).expect("a profile"), &Asked::default());
-        // The package centers the roughness profile anew, which the standard does not.
+        // The package centers the roughness profile again, which the standard does not.
         let mean = report.roughness.iter().sum::<f64>() / report.roughness.len() as f64;
         let centered: Vec<f64> = report.roughness.iter().map(|z| z - mean).collect();
         let roughness = ProfileValues::from(&ProfileParameters::of(&centered, 1e-3 * step, Standard::Iso21920));

@@ -5,7 +5,7 @@
 //! together and walks from contact to contact. It must find nothing higher, and what it finds lower (the
 //! samples step over short contacts) must lie on the edge by its definition. Corners visited: tilted and
 //! turning housings, lengths from half a revolution to many, joints of pieces under the point, run-out of
-//! either sign, balls whose run-out puts the arc's center beyond the axis, points beside the path, and both
+//! either sign, balls whose run-out puts the arc's center beyond the axis, points next to the path, and both
 //! senses of the spindle.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
@@ -284,7 +284,7 @@ fn the_same_bytes_at_any_number_of_threads_and_nothing_where_nothing_cuts() {
         |t: &proveout_surface::topography::Topography| t.heights().iter().map(|h| h.to_bits()).collect::<Vec<_>>();
     assert_eq!(bits(&one), bits(&two));
     assert_eq!(one.uncut(), 0);
-    // Far away, without teeth, without motion, with a spindle that stands.
+    // Far away, without teeth, without motion, with a spindle at rest.
     let far =
         Lattice::plane(Point::new(50.0, 0.0, 0.0), Vector::x(), Vector::y(), [0.1, 0.1], 5, 5).expect("a lattice");
     assert_eq!(heights_by_edges(&far, &edges, &pieces, &settings).uncut(), 25);

@@ -2,11 +2,12 @@
 //! and the law that the height of a point does not depend on which other points are asked for.
 //!
 //! Corners visited: balls, bull noses, round inserts with rake about the axis and about the nose, barrels
-//! with the arc's center far beyond the axis; contacts at the tip itself (an axis that stands on the surface)
-//! up to the flank; straight and helical edges of either hand; run-out of either sign, also such that the arc
-//! crosses the axis; one to four teeth; both senses of the spindle; feeds from a fiftieth of a millimeter a
-//! revolution to several; curved paths, a second pass backward, a tip that stands while the axis turns,
-//! pieces without length and without time, single pieces of many revolutions and many pieces a revolution.
+//! with the arc's center far beyond the axis; contacts at the tip itself (an axis that meets the
+//! surface) up to the flank; straight and helical edges of either hand; run-out of either sign, also such
+//! that the arc crosses the axis; one to four teeth; both senses of the spindle; feeds from a fiftieth of a
+//! millimeter a revolution to several; curved paths, a second pass backward, a tip at rest while the axis
+//! turns, pieces without length and without time, single pieces of many revolutions and many pieces a
+//! revolution.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -97,7 +98,7 @@ fn motion(n: &mut Numbers, form: &Form) -> Vec<CutterPiece> {
             nodes.push((touch - lowest, axis, pass));
         }
         if n.yes(0.3) {
-            // The tip stands and the axis turns; then nothing at all.
+            // The tip is at rest and the axis turns; then nothing at all.
             let (tip, axis, pass) = *nodes.last().expect("a node");
             let other = (axis + Vector::new(n.between(-0.05, 0.05), n.between(-0.05, 0.05), 0.0)).normalize();
             nodes.extend([(tip, other, pass), (tip, other, pass)]);
@@ -394,7 +395,7 @@ fn the_height_of_a_point_does_not_hang_on_the_others() {
 }
 
 /// A wall that the side of a cutter leaves, with a level far beyond the cutter: at that height a point has
-/// the whole body behind it.
+/// the whole body beyond it.
 #[test]
 fn a_level_beyond_the_cutter_changes_nothing_and_ends() {
     let cutter = Cutter::bull_nose(8.0, 1.5).and_then(|c| c.bodies(12.0)).expect("a cutter").remove(0);
@@ -413,7 +414,7 @@ fn a_level_beyond_the_cutter_changes_nothing_and_ends() {
                 motion: k,
             }
         };
-        // Each piece turns anew: a join is a jump of the axis, which no height hangs on.
+        // Each piece starts its own turn: a join is a jump of the axis, on which no height depends.
         let pieces: Vec<CutterPiece> = (0..8).map(piece).collect();
         let (points, normals): (Vec<Point>, Vec<Vector>) = (0..60)
             .map(|i| (Point::new(-3.9 + 0.13 * f64::from(i), 0.0, 0.3 + 0.19 * f64::from(i)), Vector::y()))

@@ -71,6 +71,8 @@ pub struct Tool {
     pub edges: Option<CuttingEdges>,
     /// A tap: its cutting body is the cylinder round its teeth.
     pub is_tap: bool,
+    /// A thread mill: its cutting body is the cylinder around its teeth.
+    pub is_thread_mill: bool,
     /// The thread that a tap cuts, where its pitch is known.
     pub thread: Option<Thread>,
     /// What it adds to the roughness of its motion, where that is known.

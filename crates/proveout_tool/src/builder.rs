@@ -66,6 +66,7 @@ impl ToolBuilder {
             has_holder: false,
             edges: None,
             is_tap: false,
+            is_thread_mill: false,
             thread: None,
             residual: None,
         };

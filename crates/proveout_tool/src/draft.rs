@@ -72,6 +72,8 @@ pub struct ToolDraft {
     pub source: String,
     /// Keys with assumed values, and the reasons.
     pub chosen: Vec<(Vec<&'static str>, String)>,
+    /// A thread mill, drawn as the cylinder around its teeth.
+    pub thread_mill: bool,
     /// A tap whose pitch nothing gives.
     pub lacks_pitch: bool,
 }
@@ -135,6 +137,12 @@ impl ToolDraft {
         if named.is_some_and(|size| !size.pitch_told && size.pitch == pitch) {
             self.choose(&["pitch_mm"], "a size without a pitch is the coarse one of ISO 261");
         }
+    }
+
+    /// Takes the body of this kind for a tool whose own the library lacks.
+    pub fn stand_in(&mut self, body: SubstituteBody) {
+        self.thread_mill = body == SubstituteBody::ThreadMill;
+        self.choose(&["kind"], body.reason());
     }
 
     /// Marks keys as chosen.
@@ -394,6 +402,9 @@ fn write_tool(out: &mut String, tool: &ToolDraft) {
     }
     if let Some(flutes) = tool.flutes {
         line(format!("flutes = {flutes}"));
+    }
+    if tool.thread_mill {
+        line("thread_mill = true".into());
     }
     if let Some(yes) = tool.center_cutting {
         line(format!("center_cutting = {yes}"));

@@ -269,7 +269,10 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
         }));
     }
     let mut tool = builder.build()?;
-    (tool.is_tap, tool.thread) = (is_tap, thread);
+    if e.thread_mill && e.kind != CutterKind::Flat {
+        return refuse("thread_mill", f64::NAN, "is for kind \"flat\": the cylinder around the teeth of a thread mill");
+    }
+    (tool.is_tap, tool.is_thread_mill, tool.thread) = (is_tap, e.thread_mill, thread);
     tool.residual = e.residual.as_ref().map(residual_of).transpose()?;
     tool.edges = e.edges.as_ref().map(|edges| edges_of(edges, &tool)).transpose()?;
     Ok(tool)

@@ -203,7 +203,7 @@ fn a_steepest_ramp_belongs_to_a_tool_without_edges_at_its_center() {
         let error = read("flat", &format!("{wrong}\nmax_ramp_angle_deg = {angle}")).expect_err(wrong).to_string();
         assert!(error.contains("max_ramp_angle_deg"), "{error}");
     }
-    // Of a flat end nobody knows unless it is stated; the edges of a ball meet at its tip.
+    // Of a flat end it is not known unless stated; the edges of a ball meet at its tip.
     assert_eq!(tool("flat", "").cuts_at_center(), None);
     assert_eq!(tool("ball", "").cuts_at_center(), Some(true));
     assert_eq!(tool("ball", "center_cutting = false").cuts_at_center(), Some(false));

@@ -36,7 +36,7 @@ pub(crate) fn tools(args: &ToolsArgs) -> Result<(), Failure> {
     }
     for tool in &imported.tools {
         let chosen: Vec<&str> = tool.chosen.iter().flat_map(|(keys, _)| keys.iter().copied()).collect();
-        let chosen = if chosen.is_empty() { String::new() } else { format!("; chosen: {}", chosen.join(", ")) };
+        let chosen = if chosen.is_empty() { String::new() } else { format!("; assumed: {}", chosen.join(", ")) };
         say!(
             "T{:<4} {:<24} {:<10} D{:<9.4} to the gauge line {:.3} mm{chosen}",
             tool.number,

@@ -1,4 +1,4 @@
-//! The tool that is in the spindle, from the first motion on and as long as it stands there.
+//! The tool that is in the spindle, from the first motion on and as long as it is there.
 
 use super::*;
 
@@ -75,7 +75,7 @@ fn a_tool_that_is_in_the_spindle_at_the_start_is_checked_from_the_first_motion_o
 }
 
 /// The last tool of a program comes into the spindle where the one before has cut, and nothing moves it: it
-/// is longer, and stands in the post, or in the stock beside it, or over both.
+/// is longer, and is in the post, or in the stock next to it, or over both.
 #[test]
 fn a_tool_that_nothing_moves_is_checked_where_it_stands() {
     let ends = ["M30\n", "", "T1 M6\nM30\n"];

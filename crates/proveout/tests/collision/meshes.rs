@@ -26,7 +26,7 @@ fn the_surface_of_an_open_mesh_is_checked_and_its_inside_is_named() {
 
 #[test]
 fn a_triangle_without_area_counts_as_the_line_that_it_is() {
-    // A line that stands up from the top by 5 mm: the holder, 3 mm over it, meets the line and nothing else.
+    // A line that rises from the top by 5 mm: the holder, 3 mm over it, meets the line and nothing else.
     let line = [[-12.0, 0.0, 60.0], [-12.0, 0.0, 62.0], [-12.0, 0.0, 65.0]];
     for (more, state) in [(vec![], "pass"), (vec![line], "fail")] {
         let shop = Shop::new(&machine(""), POST, &over_the_post(3.0));
@@ -76,8 +76,8 @@ fn bodies_without_a_size_are_refused_by_name() {
     assert!(code == 2 && said.contains("machine.toml:") && said.contains("is empty"), "{said}");
 }
 
-/// No finding could tell which of two fixtures it means, and of a cylinder without an inside nothing can be
-/// told.
+/// No finding could say which of two fixtures it means, and of a cylinder without an inside nothing can be
+/// said.
 #[test]
 fn fixtures_that_a_finding_could_not_tell_apart_are_refused_with_their_place() {
     let one = |name: &str, form: &str| format!("[[fixture]]\nname = \"{name}\"\n{form}\n");
@@ -101,7 +101,7 @@ fn fixtures_that_a_finding_could_not_tell_apart_are_refused_with_their_place() {
     }
 }
 
-/// A machine that is described without a body is not checked, whatever stands beside it.
+/// A machine that is described without a body is not checked, whatever is next to it.
 #[test]
 fn a_machine_without_bodies_is_not_passed_for_its_fixtures() {
     let bare = machine("").split("\n[[body]]").next().expect("the joints").to_owned();

@@ -163,7 +163,7 @@ fn post(without: std::ops::Range<usize>, more: &[[[f64; 3]; 3]]) -> String {
     format!("solid post\n{}endsolid post\n", all.map(facet).collect::<String>())
 }
 
-/// The tool comes down beside the post, 2 mm from its side, until the holder is over its top by a height, in
+/// The tool comes down next to the post, 2 mm from its side, until the holder is over its top by a height, in
 /// line 8; its lower face is 50 mm over the tip.
 fn over_the_post(height: f64) -> String {
     format!(
@@ -351,7 +351,7 @@ fn upright_blade(shop: &Shop) {
 /// straight line along Y through x = 30, z = 107 of the table:
 ///
 /// ```text
-///            .------.     | |  holder         The edge stands at x cos b - z sin b of the machine, at the
+///            .------.     | |  holder         The edge lies at x cos b - z sin b of the machine, at the
 ///    shroud  |      |     | |                 height 30 sin b + 107 cos b. That is 6 mm over the lower
 ///            '------*<gap>| |                 face of the holder. So
 ///             blade       |_|
@@ -399,7 +399,7 @@ fn a_tilted_holder_between_platform_and_shroud_is_measured_to_hundredths() {
         let true_gap = gap.max(0.0);
         assert!((measured - true_gap).abs() < 0.01 && proved <= true_gap + 1e-6, "{gap}: {holder}");
         assert!(proved > true_gap - 0.02, "{gap}: {holder}");
-        // Flutes and shank stand free between platform and blade, so that it is the holder that decides.
+        // Flutes and shank are free between platform and blade, so that it is the holder that decides.
         assert!(
             number(of("cutter of T1"), "proved_mm") > 1.0 && number(of("shank of T1"), "proved_mm") > 1.0,
             "{pairs:?}"
@@ -407,7 +407,7 @@ fn a_tilted_holder_between_platform_and_shroud_is_measured_to_hundredths() {
     }
 }
 
-/// A drum about the axis of B, of 240 flat sides whose edges stand 60 mm from it, as text of an STL file.
+/// A drum about the axis of B, of 240 flat sides whose edges are 60 mm from it, as text of an STL file.
 fn drum() -> String {
     let at = |k: usize, y: f64| {
         let (s, c) = (std::f64::consts::TAU * (k % 240) as f64 / 240.0).sin_cos();

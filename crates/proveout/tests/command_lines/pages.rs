@@ -4,11 +4,11 @@
 //! *Where.* Every Markdown file at the root and below `docs`, `scenes`, `machines`, `tools` and `crates`. In
 //! a fenced block without a language (or `sh`) each line that begins with `proveout` or `cargo` (after
 //! variables such as `N=1`) is a command; text after two blanks is its description, and a backslash
-//! at the end joins lines. In the running text and in tables it is what stands between backticks.
+//! at the end joins lines. In the running text and in tables it is the text between backticks.
 //!
 //! *What.* `cargo run --release -- X` is `proveout X`, with `--no-default-features` too. A product's command
 //! without a positional argument (`proveout nc --post`) cannot be typed: it mentions a command. Brackets are
-//! dropped, so that what may be left out is given; words in capitals stand for what the table of the sandbox
+//! dropped, so that what may be left out is given; words in capitals mean what the table of the sandbox
 //! gives them.
 
 use std::{
@@ -38,7 +38,7 @@ impl Shown {
     }
 
     /// Whether a product's command can be typed: it has a positional argument, or `--profile` or
-    /// `--list-machines`, which stand for one, or is one of the first words of clap.
+    /// `--list-machines`, which replace one, or is one of the first words of clap.
     pub(crate) fn can_be_typed(&self) -> bool {
         let Some(words) = self.of_product() else { return false };
         match words.first().map(String::as_str) {

@@ -1,4 +1,4 @@
-//! What stands for the words in capitals when a command of a page is typed in the sandbox.
+//! What replaces the words in capitals when a command of a page is typed in the sandbox.
 
 use super::pages::Shown;
 
@@ -60,7 +60,7 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("view", "", "RUN", "out/part-main"),
 ];
 
-/// A command as it is typed: words after the program's name, and the file that stands at its standard input.
+/// A command as it is typed: words after the program's name, and the file on its standard input.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Typed {
     /// Pages that show it.

@@ -1,4 +1,4 @@
-//! A folder of a user, calls of the program in it, and what they told.
+//! A folder of a user, calls of the program in it, and their output.
 
 use std::{
     fs,
@@ -94,7 +94,7 @@ pub(crate) fn gate(verdict: &Value, name: &str) -> (String, String) {
     (gate["state"].as_str().unwrap_or_default().to_owned(), gate["reason"].as_str().unwrap_or_default().to_owned())
 }
 
-/// A gate that nothing keeps open but workholding and lengths of tools, which nobody has stated.
+/// A gate that nothing keeps open but workholding and lengths of tools, which are not stated.
 pub(crate) fn open_by_setup_alone(verdict: &Value, name: &str) {
     let (state, reason) = gate(verdict, name);
     let alone = ["no workholding in the scene", "assumed: the holder"]

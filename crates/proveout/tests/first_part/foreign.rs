@@ -10,7 +10,7 @@ const BAR: &str = "O7001 (WALEK FI60)\nG21 G90 G94 G17 G40 G49 G80\nG54\nT1 M06 
                    G00 X-10. Y0\nG00 Z-4.8\nG01 X110. F600\nG00 Z50.\nM05\nM30\n";
 
 /// Volume of the slot, mm3: what lies above 25.2 mm from the middle of the circle, 4.8 mm to both sides, the
-/// integral of sqrt(900 - y^2) - 25.2. Walls and bottom stand midway between rays 0.4 mm apart, so that only
+/// integral of sqrt(900 - y^2) - 25.2. Walls and bottom lie midway between rays 0.4 mm apart, so that only
 /// the round top is counted by cells: 2 percent is a quarter of one over the whole width.
 fn slot() -> f64 {
     let half = 0.5 * (4.8 * (900.0_f64 - 4.8 * 4.8).sqrt() + 900.0 * (4.8_f64 / 30.0).asin());

@@ -1,5 +1,5 @@
-//! What the gates of the shape leave out and tell: threads round core holes, and sheets of material that are
-//! thinner than their faces are known.
+//! What the gates of the shape leave out and report: threads round core holes, and sheets of material that
+//! are thinner than their faces are known.
 
 use std::{f64::consts::TAU, fs};
 
@@ -101,7 +101,7 @@ fn a_thread_in_its_core_hole_is_reported_and_is_no_gouge() {
     assert!((volume / ring - 1.0).abs() < 0.1, "{volume} {ring}");
     let deep = good["deviation"]["gouge_max_mm"].as_f64().expect("measured");
     assert!(deep < 0.06, "the thread is no depth of a gouge: {deep}");
-    // Beside its hole, and deeper than it: what is not the ring is a gouge.
+    // Next to its hole, and deeper than it: what is not the ring is a gouge.
     for (name, x, z) in [("beside", "0.6", "-10."), ("deep", "0.", "-15.5")] {
         let verdict = run(name, "M8 TAP", x, z);
         assert_eq!(gate(&verdict, "gouge").0, "fail", "{name}: {:?}", gate(&verdict, "gouge"));
@@ -112,7 +112,7 @@ fn a_thread_in_its_core_hole_is_reported_and_is_no_gouge() {
     let round = run("round", "TAP 8MM", "0.", "-10.");
     assert_eq!(gate(&round, "gouge").0, "fail");
     assert!(round["findings"].to_string().contains("is modeled here as a cylinder"), "{}", round["findings"]);
-    // Where the design has the outer diameter there is nothing to tell.
+    // Where the design has the outer diameter there is nothing to report.
     desk.write("plate.stl", &drilled(8.0, 0.0, [-10.0, -16.0]));
     let outer = run("outer", "M8 TAP", "0.", "-10.");
     assert_eq!((outer["deviation"]["threads"].as_u64(), findings(&outer, "geometry-thread").len()), (Some(0), 0));
@@ -209,7 +209,7 @@ fn a_sheet_thinner_than_its_faces_are_known_is_reported_and_fails_nothing() {
     );
 }
 
-/// `DL` of a tool call: the control takes the tool for longer than it is, and what is left stands on the
+/// `DL` of a tool call: the control takes the tool for longer than it is, and what is left is on the
 /// part; for shorter, it gouges.
 #[test]
 fn a_delta_value_of_the_length_is_left_on_the_part_or_taken_from_it() {

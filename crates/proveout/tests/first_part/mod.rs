@@ -189,7 +189,7 @@ fn changed(program: impl Fn(String) -> String, scene: impl Fn(String) -> String)
     desk
 }
 
-/// Causes that `check` tells, the first of them first; a run tells the same before it begins.
+/// Causes that `check` reports, the first of them first; a run reports the same before it begins.
 fn causes(desk: &Desk) -> String {
     let output = desk.done("check plate");
     let run = desk.call("run plate --rerun off --output out/plate");
@@ -253,7 +253,7 @@ fn cuts_that_miss_the_stock_or_plunge_into_it_are_reported_with_the_shift() {
         "{output}"
     );
     let desk = changed(|p| p, |s| s.replace("Z_mm = 65.24", "Z_mm = 55.24"));
-    // The face mill begins beside the stock; the end mill is what plunges, but the first tool is looked at
+    // The face mill begins next to the stock; the end mill is what plunges, but the first tool is looked at
     // alone.
     let output = causes(&desk);
     assert!(!output.contains("no motion in feed"), "{output}");
@@ -263,7 +263,7 @@ fn cuts_that_miss_the_stock_or_plunge_into_it_are_reported_with_the_shift() {
     assert!(output.contains("T1 goes down in rapid into the stock before its first cut: 4.920 mm"), "{output}");
 }
 
-/// Numbers of a hint behind a word of it.
+/// Numbers of a hint after a word of it.
 fn hinted(text: &str, word: &str) -> Vec<f64> {
     let rest = text.split(word).nth(1).unwrap_or_else(|| panic!("{word:?} is not in:\n{text}"));
     rest.split([' ', ','])
@@ -279,7 +279,8 @@ fn put(desk: &Desk, old: &str, new: &str) {
     desk.write("plate/scene.toml", &scene.replace(old, new));
 }
 
-/// What a hint says is what mends it: its numbers are written where it says so, and nothing is left to tell.
+/// What a hint says is what mends it: its numbers are written where it says so, and nothing is left to
+/// report.
 #[test]
 fn each_hint_with_a_number_resolves_its_cause() {
     let clean = |desk: &Desk| {
@@ -353,7 +354,7 @@ fn a_program_without_a_tool_call_is_asked_for_its_tool() {
     // A slot of 10 x 2 mm along 50 mm.
     let volume = verdict["removal"]["volume_mm3"].as_f64().expect("a volume");
     assert!((volume - 1000.0).abs() < 1.0, "{volume}");
-    // Without the tool the cause is told, and the run fails.
+    // Without the tool the cause is reported, and the run fails.
     let scene = fs::read_to_string(desk.path("slot/scene.toml")).expect("there").replace("[start]\ntool = 1\n", "");
     desk.write("slot/scene.toml", &scene);
     let output = desk.done("check slot");
@@ -448,7 +449,7 @@ fn a_configuration_of_linuxcnc_becomes_a_machine_that_runs() {
 #[test]
 fn every_open_question_is_reported_at_once() {
     let desk = Desk::new(&[]);
-    // A tool of which nothing is told, a second offset, a turned table, no stock, no holder.
+    // A tool without a description, a second offset, a turned table, no stock, no holder.
     desk.write(
         "bare.nc",
         "%\nO1\nG21 G90 G17 G94\nT7 M6\nS3000 M3\nG54\nG0 X0. Y0.\nG43 H7 Z20.\nG1 Z-1. F100.\nX50.\nG55\nC90.\nG1 X10.\nG0 Z20.\nM30\n%\n",
@@ -457,7 +458,7 @@ fn every_open_question_is_reported_at_once() {
         "new bare.nc --machine bc-trunnion",
         &["no answer for: tool.T7, holder, offset.G55, mount, stock\n", "proposed: 0,0,0"],
     );
-    // Without the tool nobody knows how wide the cuts are.
+    // Without the tool it is not known how wide the cuts are.
     assert!(output.contains("stock = \"...\""), "{output}");
     desk.write(
         "answers.toml",
@@ -466,7 +467,7 @@ fn every_open_question_is_reported_at_once() {
     desk.done("new bare.nc --machine bc-trunnion --answers answers.toml --output bare");
 }
 
-/// Three questions, whatever the number of zeros and of tools that the text does not tell.
+/// Three questions, whatever the number of zeros and of tools that the text does not describe.
 #[test]
 fn several_zeros_and_several_tools_are_one_question_each() {
     let desk = Desk::new(&[]);
@@ -523,7 +524,7 @@ fn programs_that_read_get_json_and_nothing_else_on_the_standard_output() {
     let mill = machines.as_array().expect("a list").iter().find(|m| m["name"] == "three-axis-mill").expect("there");
     let z = mill["joints"].as_array().expect("joints").iter().find(|j| j["name"] == "Z").expect("Z");
     assert_eq!((z["unit"].as_str(), z["travel_chosen"].as_bool()), (Some("mm"), Some(true)), "{z}");
-    // Open questions, with the error beside them.
+    // Open questions, with the error next to them.
     let call = desk.call("new plate.nc --machine three-axis-mill --json");
     assert_eq!(call.status.code(), Some(2));
     let open = json(&call.stdout);
@@ -581,7 +582,8 @@ fn without_g43_the_stock_is_where_the_program_cuts() {
     assert!(desk.done("check plate").contains("1: tool length compensation is not active while T1, T2, T3 cut"));
 }
 
-/// One tool alone: its zero is taken at its tip, chosen and told, and the run cuts what the program says.
+/// One tool alone: its zero is taken at its tip, assumed and reported, and the run cuts what the program
+/// says.
 #[test]
 fn a_program_of_one_tool_without_g43_counts_from_its_tip() {
     let desk = Desk::new(&[]);
@@ -635,5 +637,5 @@ fn a_terminal_is_asked_and_an_empty_line_takes_the_proposal() {
         assert!(shown.contains(word), "{word:?} is not in:\n{shown}");
     }
     let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");
-    assert!(scene.contains("chosen: the space that the cutters reach"), "{scene}");
+    assert!(scene.contains("assumed: the space that the cutters reach"), "{scene}");
 }

@@ -1,5 +1,5 @@
 //! Programs and files as people bring them who have never seen this program: what was once taken for
-//! something else, refused, or told in words that led nowhere.
+//! something else, refused, or explained in words that led nowhere.
 
 use std::fs;
 
@@ -24,7 +24,7 @@ fn block(min: [f64; 3], max: [f64; 3]) -> String {
     text + "endsolid block\n"
 }
 
-/// A program in inches that drills with T2, told by a comment in line 2.
+/// A program in inches that drills with T2, described by a comment in line 2.
 fn drills(comment: &str) -> String {
     format!(
         "O1\n({comment})\nG20 G90 G17 G40 G80\nT2 M6\nG54 G0 X0 Y0 S2000 M3\nG43 H2 Z1.\nG81 G98 X0. Y0. Z-.4 R.1 F8.\nX1.\nG80\nG0 Z1.\nM30\n"
@@ -91,7 +91,7 @@ fn a_program_that_names_no_tool_is_asked_for_the_tool_alone() {
     let text = "(Rosette)\nG17\nG21\nG90\nG0Z20.32\nS16000M3\nG0X10Y10Z5\nG1Z-1.5F600\nX90F1800\nG0Z20.32\nM2\n";
     desk.write("router.gcode", text);
     desk.refused("new router.gcode --machine three-axis-mill", &["no answer for: tool.T1, holder, stock\n"]);
-    // All comments of a text without a call tell one tool.
+    // All comments of a text without a call describe one tool.
     desk.write("told.gcode", &text.replace("Rosette", "TC: 5mm Endmill"));
     desk.write("answers.toml", "holder = \"none\"\nstock = \"0,0,-12,100,20,0\"\n");
     let output = desk.done(&format!("new told.gcode {MILL} --output told"));
@@ -137,7 +137,7 @@ fn a_program_that_sets_its_own_zero_is_mounted_there() {
     // A slot of 16 x 4 x 80 mm, 50 cells wide.
     let volume = cut("g10");
     assert!((volume / 5120.0 - 1.0).abs() < 0.04, "{volume}");
-    // By the place where the machine stands.
+    // By the place where the machine is.
     desk.write(
         "g92.nc",
         &format!("O7\n(T1 16MM ENDMILL)\nG21 G90 G17 G40 G80\nG28 Z0\nG28 X0 Y0\nG92 X20. Y200. Z400.\nT1 M6\n{cuts}"),
@@ -273,7 +273,7 @@ fn findings_and_paths_say_what_is_missing() {
     desk.write("nc/slow.nc", &text);
     let output = desk.call("run jobs/slow --rerun off --output out/off");
     assert!(printed(&output).contains("no M3 or M4 is in force"), "{}", printed(&output));
-    // A fault is told with the path that a person would write.
+    // A fault names the path that a person would write.
     desk.write("nc/slow.nc", &text.replace("X70.", "G2 X70. Y3."));
     let output = desk.call("check jobs/slow");
     let message = printed(&output);

@@ -5,7 +5,7 @@ use std::fs;
 
 use super::desk::{Desk, believable, gate, open_by_setup_alone, root};
 
-/// Program, call behind its name, words of what is told, box of the stock (mm; 1 mm more or less).
+/// Program, call after its name, words of the output, box of the stock (mm; 1 mm more or less).
 struct Case {
     file: &'static str,
     call: &'static str,
@@ -56,7 +56,7 @@ fn fusion_for_a_haas_in_inch_with_the_zero_at_home() {
             "unit: inch",
             "tool T4: chamfer D9.525",
             "tool T6: tap D6.35",
-            "chosen: Z is sent to 0 of the machine (G53, SUPA or M91, lines 13,",
+            "assumed: Z is sent to 0 of the machine (G53, SUPA or M91, lines 13,",
             "zero = \"home\"",
         ],
         // The contour runs round a plate of 4 x 3 inches, faced at its zero; the widest path is that of the
@@ -66,6 +66,7 @@ fn fusion_for_a_haas_in_inch_with_the_zero_at_home() {
 }
 
 #[test]
+#[ignore = "nightly, 29 s"]
 fn mastercam_for_a_fanuc_in_millimeters() {
     case(&Case {
         file: "mastercam-fanuc.nc",
@@ -96,6 +97,7 @@ fn nx_for_an_840d_with_vectors() {
 }
 
 #[test]
+#[ignore = "nightly, 24 s"]
 fn hypermill_for_a_tnc_with_plane_and_m128() {
     case(&Case {
         file: "hypermill-tnc.h",
@@ -104,7 +106,7 @@ fn hypermill_for_a_tnc_with_plane_and_m128() {
             "BLK FORM",
             "work offset PRESET1",
             "tool T13: drill D6.8",
-            "chosen: Z is sent to -10 of the machine",
+            "assumed: Z is sent to -10 of the machine",
         ],
         stock: None,
     });
@@ -141,7 +143,7 @@ fn fusion_for_a_mazak_with_two_t_words_and_g68_2() {
     });
 }
 
-/// The machine file names no control, and the text tells of one.
+/// The machine file names no control, and the text names one.
 #[test]
 fn words_of_another_control_are_a_hint_and_never_a_choice() {
     let desk = Desk::new(&[]);
@@ -183,7 +185,7 @@ fn fusion_for_an_828d_with_cycles() {
     case(&Case {
         file: "fusion-828d.mpf",
         call: "--machine three-axis-mill",
-        expected: &["siemens-840d", "T2", "chosen: Z is sent to 0 of the machine"],
+        expected: &["siemens-840d", "T2", "assumed: Z is sent to 0 of the machine"],
         stock: Some([-15.0, 0.0, -16.0, 95.0, 59.0, 1.5]),
     });
 }

@@ -13,7 +13,7 @@ fn a_trunnion_comes_to_its_verdict() {
     for word in [
         "trunnion mill: A C table, Y X Z tool; X 620, Y 520, Z 460, A -120 to 30\u{b0}, C endless; travel from URDF file",
         "note: axes: X is joint \"x_axis\"",
-        "note: chosen: acceleration, jerk and home",
+        "note: assumed: acceleration, jerk and home",
         "the middle of the gauge line is the origin of link \"spindle\", and the z of its frame points into the spindle",
         "angles whose digits are those of a right angle",
         "written: trunnion; next: proveout check trunnion",
@@ -44,7 +44,7 @@ fn a_swivel_head_comes_to_its_verdict() {
     believable(&desk.verdict("five"));
 }
 
-/// A collision that the imported bodies alone can tell: the tool goes down beside the part into the table.
+/// A collision that the imported bodies alone can show: the tool goes down next to the part into the table.
 #[test]
 fn bodies_of_links_are_checked() {
     let desk = Desk::new(&["head.urdf"]);

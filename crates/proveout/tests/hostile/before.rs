@@ -24,7 +24,7 @@ fn ends(what: &str, shop: &Workshop, call: &[&str], codes: &[i32], words: &str) 
 
 const RUN: [&str; 7] = ["run", ".", "--output", "result", "--rerun", "off", "--threads=1"];
 
-/// Programs for the small block: text, and what is told. They took up to 9.7 GB, or did not end.
+/// Programs for the small block: text, and what is reported. They took up to 9.7 GB, or did not end.
 const PROGRAMS: [(&str, &str); 10] = [
     (
         "G17 G54 G90 G94 G710\nT=\"END_D20\" CYCLE800()\nM6\nG0 X0 Y0 Z50 S1000 M3 D1\nG1 Z-5 F500\nX15 Y5\nM128\nG2 X5 Y-5 I-5 J-5\n\
@@ -81,8 +81,8 @@ fn programs_that_went_too_far() {
     }
 }
 
-/// A program of `LinuxCNC` whose first loop has no end: its condition stands on a name that the body does not
-/// change.
+/// A program of `LinuxCNC` whose first loop has no end: its condition depends on a name that the body does
+/// not change.
 fn endless(step: &str, behind: &str) -> String {
     format!(
         "; sub, loops, names\no100 sub\n  #<depth>=[#1/2]\n  o101 while [#<depth> gt 0]\n    g1 z[-#<depth>] f200\n  o101 endwhile\n\
@@ -116,7 +116,7 @@ fn a_program_without_its_middle() {
     ends("torn", &shop, &RUN, &[3], "the text ends without M30 or M2");
 }
 
-/// Blocks at inverse time behind a second `M6`, for a post that cannot name the tool.
+/// Blocks at inverse time after a second `M6`, for a post that cannot name the tool.
 #[test]
 fn a_helix_for_a_control_without_tool_names() {
     let mut text = String::from(
@@ -142,7 +142,7 @@ fn a_helix_for_a_control_without_tool_names() {
     ends("helix", &shop, &["nc", "p.mpf", "--post", "iso"], &[2], "BALL_D16");
 }
 
-/// Values of scene and machine: file, what stands there, what comes instead, what is told. They hung,
+/// Values of scene and machine: file, the text there, what replaces it, what is reported. They hung,
 /// overflowed the stack, panicked, took 4 to 10 GB, or put numbers of 300 digits into the verdict.
 const VALUES: [(&str, &str, &str, &str); 10] = [
     (

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use crate::hostile::workshop::{PROGRAM, Workshop};
 
-/// Values of scene, machine and tools that no workshop has: file, what stands there, what comes instead, what
-/// is told.
+/// Values of scene, machine and tools that no workshop has: file, the text there, what replaces it, what
+/// is reported.
 const MAGNITUDES: [(&str, &str, &str, [&str; 2]); 12] = [
     ("scene.toml", "max_mm = [20, 20, 0]", "max_mm = [20, 1e18, 0]", ["1e18", "-100000 to 100000"]),
     ("scene.toml", "max_mm = [20, 20, 0]", "max_mm = [20, 1e6, 0]", ["`stock.box.max_mm[1]`", "-100000 to 100000"]),
@@ -32,8 +32,8 @@ fn quantities_out_of_range_are_refused_with_the_range() {
     }
 }
 
-/// Programs that would not end, or would fill the memory: what stands for a line of the program, the line
-/// that is told, and words.
+/// Programs that would not end, or would fill the memory: what replaces a line of the program, the line
+/// that is reported, and words.
 const ENDLESS: [(&str, u32, &str); 6] = [
     ("G0 X1000000", 5, "more than 10 travels past its travel"),
     ("G0 X10000000", 5, "more than 10 travels past its travel"),

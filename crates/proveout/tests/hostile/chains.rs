@@ -4,7 +4,7 @@ use crate::hostile::workshop::{Workshop, proveout};
 
 const TERMS: usize = 10_000;
 
-/// Language, ending, the text before the formula and behind it, and its operators with an operand.
+/// Language, ending, the text before the formula and after it, and its operators with an operand.
 type Language = (&'static str, &'static str, &'static str, &'static [(&'static str, &'static str)]);
 
 const LANGUAGES: [Language; 6] = [

@@ -122,7 +122,7 @@ fn verify_says_what_it_did_not_check() {
     expect(&["verify", "far/away/result"], 3, &["(scene.toml): cannot be read"]);
     expect(&["verify", "far/away/result", "--scene", "."], 0, &["inputs unchanged since the run"]);
     fs::rename(shop.path().join("far/away/result"), shop.path().join("result")).expect("moved");
-    // A signature that nobody looked at is said.
+    // A signature that was not checked is reported.
     shop.write("result/manifest.sig", "of somebody");
     expect(&["verify", "result"], 0, &["signature not checked"]);
     fs::remove_file(shop.path().join("result/manifest.sig")).expect("gone");

@@ -1,4 +1,4 @@
-//! Nothing of anybody is lost: files beside those of a run, older runs, files of other names.
+//! Nothing of anybody is lost: files next to those of a run, older runs, files of other names.
 
 use std::fs;
 

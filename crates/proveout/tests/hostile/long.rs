@@ -44,7 +44,7 @@ fn walk(minutes: f64, random: &mut Random) -> (String, u32) {
     (text + "G0 Z50\nM30\n", blocks)
 }
 
-/// The most memory that a process has held, bytes; none where it is gone or the system does not tell.
+/// The most memory that a process has held, bytes; none where it is gone or the system does not show.
 fn peak(id: u32) -> Option<u64> {
     let status = fs::read_to_string(format!("/proc/{id}/status")).ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;

@@ -84,7 +84,7 @@ fn stl_and_obj_say_what_is_wrong() {
     refused("back.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -9223372036854775808 2 3\n", "line 4");
 }
 
-/// A tetrahedron beside the stock, as OBJ.
+/// A tetrahedron next to the stock, as OBJ.
 const CLAMP: &str = "v 60 60 10\nv 70 60 10\nv 60 70 10\nv 60 60 20\nv 65 60 10\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
 
 #[test]

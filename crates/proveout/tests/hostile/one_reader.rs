@@ -7,12 +7,12 @@ use crate::hostile::workshop::Workshop;
 
 const FILES: [&str; 3] = ["scene.toml", "machine/machine.toml", "tools.toml"];
 
-/// What is wrong with a file, and what is told of it but for the name of the file.
+/// What is wrong with a file, and what is reported of it but for the name of the file.
 struct Fault {
     name: &'static str,
     /// Makes it in a file of the workshop.
     spoil: fn(&Workshop, &str),
-    /// Lines that are told, FILE for the file.
+    /// Lines that are reported, FILE for the file.
     expected: &'static [&'static str],
 }
 
@@ -34,7 +34,7 @@ const FAULTS: [Fault; 11] = [
         name: "typo",
         spoil: |shop, file| begin(shop, file, b"description2 = \"a part\""),
         expected: &[
-            "error: `description2`: is not a known key [input-unknown-key]",
+            "error: `description2` is not a known key [input-unknown-key]",
             "  at FILE:1:1",
             "   | description2 = \"a part\"",
             "   | ^^^^^^^^^^^^",

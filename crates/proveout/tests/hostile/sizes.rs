@@ -131,7 +131,7 @@ fn meshes_in_another_unit_are_refused_until_it_is_stated() {
     shop.refused(&["mesh_unit"]);
 }
 
-/// Designs many times as large as the stock or far beside it end in seconds, stated or not.
+/// Designs many times as large as the stock or far away from it end in seconds, stated or not.
 #[test]
 fn a_design_of_another_size_ends_in_seconds() {
     let (min, max) = ([-18.0, -18.0, -20.0], [18.0, 18.0, -2.0]);

@@ -21,7 +21,7 @@ const MEMORY_KIB: u64 = 8 << 20;
 #[derive(Debug)]
 pub(crate) struct Told {
     pub(crate) status: ExitStatus,
-    /// Standard output and standard error, one behind the other.
+    /// Standard output and standard error, one after the other.
     pub(crate) text: String,
     pub(crate) wall: Duration,
 }
@@ -119,7 +119,7 @@ impl Workshop {
         fs::read_to_string(self.path().join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
     }
 
-    /// Writes the scene with more lines behind its own.
+    /// Writes the scene with more lines after its own.
     pub(crate) fn scene(&self, more: &str) {
         self.write(
             "scene.toml",

@@ -162,7 +162,7 @@ impl Browser {
         self.call("Input.dispatchMouseEvent", p);
     }
 
-    /// Where an element stands in the window, after it was brought into it: its middle, moved by a share of
+    /// Where an element is in the window, after it was brought into it: its middle, moved by a share of
     /// its size.
     pub(crate) fn place(&mut self, selector: &str, share: [f64; 2]) -> [f64; 2] {
         let script = format!(

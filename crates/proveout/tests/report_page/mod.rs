@@ -1,5 +1,5 @@
 //! The report as a reader uses it: the program runs a scene with a hundred findings, Chromium opens the page,
-//! and every control of it is clicked. Without Chromium the tests pass and say by name that nobody has
+//! and every control of it is clicked. Without Chromium the tests pass and say by name that no one has
 //! looked. `PROVEOUT_PAGES=FOLDER` keeps pictures of the page.
 
 #![cfg(unix)]
@@ -147,7 +147,7 @@ fn run(rows: u32) -> (TempDir, PathBuf) {
     (folder, result)
 }
 
-/// A browser, or a line that says that nobody has looked.
+/// A browser, or a line that says that no one has looked.
 fn looked(what: &str) -> Option<Browser> {
     let browser = Browser::start();
     if browser.is_none() {
@@ -328,7 +328,7 @@ fn the_view_turns_and_colors(b: &mut Browser) {
     assert!(scales[0][2].as_f64() > scales[0][3].as_f64(), "a gouge above its tolerance: {scales}");
 }
 
-/// A click on the part tells the line that cut it, a click on a line shows its path, a finding leads to its
+/// A click on the part names the line that cut it, a click on a line shows its path, a finding leads to its
 /// place.
 fn program_and_part_belong_together(b: &mut Browser) {
     b.click("[data-view=top]");
@@ -353,7 +353,7 @@ fn program_and_part_belong_together(b: &mut Browser) {
     b.value("document.getElementById('listing').focus()");
     b.key("ArrowDown");
     assert!(b.text("document.getElementById('said').textContent").contains("line 13"));
-    // A finding leads to place and line, and marks behind walls are hidden.
+    // A finding leads to place and line, and marks hidden by walls are not drawn.
     b.click("#findings [data-fold=open]");
     let before = b.text("JSON.stringify(proveoutPage.view.state())");
     b.click("#findings .links [data-mark]");

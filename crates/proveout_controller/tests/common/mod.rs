@@ -58,6 +58,7 @@ pub(crate) fn tool(number: u32, gauge_length: f64) -> Tool {
         flutes: None,
         center_cutting: None,
         is_tap: false,
+        is_thread_mill: false,
         max_ramp_angle: None,
         dead_center: None,
         max_speed_rpm: None,

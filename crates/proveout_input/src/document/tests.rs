@@ -64,17 +64,17 @@ fn every_fault_has_place_value_limit_and_remedy() {
         ),
         (
             error_of("name = \"a\"\n"),
-            "shop.toml:1:1: `resolution_mm`: is missing [input-missing-key]; add `resolution_mm = ...`",
+            "shop.toml:1:1: `resolution_mm` is missing [input-missing-key]; add `resolution_mm = ...`",
         ),
         (after("x = = 1\n"), "shop.toml:3:5: the text is not TOML: "),
         (
             after("resolutoin_mm = 2.0\n"),
-            "shop.toml:3:1: `resolutoin_mm`: is not a known key [input-unknown-key]; did you mean `resolution_mm`?",
+            "shop.toml:3:1: `resolutoin_mm` is not a known key [input-unknown-key]; did you mean `resolution_mm`?",
         ),
         (after("zzz = 1\n"), "known keys here: name, resolution_mm, count"),
         (
             after("resolution = 2.0\n"),
-            "`resolution`: is not a known key [input-unit-missing]; a key carries its unit: write `resolution_mm`",
+            "`resolution` is not a known key [input-unit-missing]; a key carries its unit: write `resolution_mm`",
         ),
         (
             after("count = \"7\"\n"),
@@ -110,18 +110,18 @@ fn every_fault_has_place_value_limit_and_remedy() {
         (after("[tool]\ntravel_mm = 1\n"), "must be a list"),
         (
             after("[[tool]]\nname = \"T\"\n"),
-            "shop.toml:3:1: `tool.T.travel_mm`: is missing [input-missing-key]; add `travel_mm = ...`",
+            "shop.toml:3:1: `tool.T.travel_mm` is missing [input-missing-key]; add `travel_mm = ...`",
         ),
         (
             after("[[tool]]\nname = \"T\"\ntravel = 1\n"),
-            "shop.toml:5:1: `tool.T.travel`: is not a known key [input-unit-missing]; a key carries its unit: write `travel_mm` or `travel_deg`",
+            "shop.toml:5:1: `tool.T.travel` is not a known key [input-unit-missing]; a key carries its unit: write `travel_mm` or `travel_deg`",
         ),
         (after("[[tool]]\ntravel_mm = \"1\"\n"), "shop.toml:4:13: `tool[0].travel_mm` = \"1\": must be a number"),
         (after("[offset.G54]\ntravel_mm = nan\n"), "shop.toml:4:13: `offset.G54.travel_mm` = nan: is out of range"),
-        (after("[offset.G54]\nname = \"\"\n"), "`offset.G54.travel_mm`: is missing"),
+        (after("[offset.G54]\nname = \"\"\n"), "`offset.G54.travel_mm` is missing"),
         (
             after("offset = { G54 = { travel_mm = 1, trvel_deg = 2 } }\n"),
-            "`offset.G54.trvel_deg`: is not a known key [input-unknown-key]; did you mean `travel_deg`?",
+            "`offset.G54.trvel_deg` is not a known key [input-unknown-key]; did you mean `travel_deg`?",
         ),
     ] {
         assert!(found.contains(wanted), "{wanted}\nis not\n{found}");
@@ -137,7 +137,7 @@ fn what_a_reader_finds_later_has_its_place() {
     assert_eq!(error.to_string(), "shop.toml:5:13: `tool.T.travel_mm` = -3: must be above 0 [tool-short]; mend it");
     assert_eq!((error.length, error.source_line.as_str()), (2, "travel_mm = -3"));
     let error = document.error_with_value("", &at(1, "name"), "is missing", "add it");
-    assert_eq!(error.to_string(), "shop.toml:6:1: `tool[1].name`: is missing; add it");
+    assert_eq!(error.to_string(), "shop.toml:6:1: `tool[1].name` is missing; add it");
     assert!(document.has(&at(0, "name")) && !document.has(&at(1, "name")) && !document.has(&at(2, "name")));
     assert_eq!(document.keys(&[Step::Key("tool"), Step::Item(0)]), ["name", "travel_mm"]);
 }

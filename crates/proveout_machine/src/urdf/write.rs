@@ -107,7 +107,7 @@ pub(super) fn kinematics(
             notes.push(format!("no {what} in the file, the gate `limits` stays unchecked for it: {}", listed(names)));
         }
     }
-    notes.push("chosen: acceleration, jerk and home of the axes, times of the control; the highest speed of the spindle is not known".into());
+    notes.push("assumed: acceleration, jerk and home of the axes, times of the control; the highest speed of the spindle is not known".into());
     let gauge = Point::from(tree.poses[ends.tool].translation);
     let into_spindle = tree.poses[ends.tool].vector(&ends.into_spindle);
     let table = Point::from(tree.poses[ends.table].translation);

@@ -80,7 +80,7 @@ fn a_tilted_line_swings_the_axis_on_a_cone() {
         let wanted = z * c + line.cross(&z) * s + line * (line.z * (1.0 - c));
         assert!((axis - wanted).norm() < 1e-14, "{degrees}");
     }
-    // After half a turn the axis stands off by twice the tilt.
+    // After half a turn the axis is off by twice the tilt.
     let mut q = JointValues::ZERO;
     q[4] = rad(180.0);
     assert!((actual.actual_forward(&q, 0.0).angle_to(&actual.forward(&q, 0.0)) - 2.0 * e).abs() < 1e-12);
@@ -120,7 +120,7 @@ fn tables_are_linear_and_have_levers() {
         let mut q = JointValues::ZERO;
         (q[0], q[1], q[2]) = (x, 120.0, 7.0);
         let mean = |k: usize| rows.iter().zip(part).map(|(r, w)| r[k] * w).sum::<f64>();
-        // The reference point (0, 50, 0) travels with X; the tool end stands at (0, 120, 7) on it, 70 mm
+        // The reference point (0, 50, 0) travels with X; the tool end is at (0, 120, 7) on it, 70 mm
         // beyond in y.
         let (s, c) = mean(5).sin_cos();
         let wanted = Point::new(x + mean(0) - s * 70.0, 50.0 + mean(1) + c * 70.0, 7.0 + mean(2));

@@ -249,7 +249,7 @@ fn poses_that_are_no_numbers_are_refused() {
     }
 }
 
-/// Two slides cannot bring the tip everywhere: the distance is told.
+/// Two slides cannot bring the tip everywhere: the distance is reported.
 #[test]
 fn missing_slides_leave_a_distance() {
     let text = "name = \"plotter\"\n\

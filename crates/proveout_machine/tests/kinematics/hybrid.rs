@@ -311,7 +311,7 @@ fn tables_of_the_hybrid_machine_go_both_ways() {
             assert!((a - b.parse::<f64>().expect("number")).abs() < 1e-9, "{row} against {wanted}");
         }
     }
-    // A leg past its travel is told; legs that do not close are an error with line and column.
+    // A leg past its travel is reported; legs that do not close are an error with line and column.
     let far = run("x_mm,y_mm,z_mm,i,j,k\n0,0,300,0,0,1\n", Direction::Inverse { nearest: false }).expect("row");
     assert!(far.contains("travel of L1"), "{far}");
     let open = run("B_deg,X_mm,Y_mm,L1_mm,L2_mm,L3_mm\n0,0,0,900,400,400\n", Direction::Forward).expect_err("open");

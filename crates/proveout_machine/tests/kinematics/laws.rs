@@ -19,7 +19,7 @@ const REGULAR_RATE: f64 = 1e-2;
 /// them.
 const REGULAR_VOLUME: f64 = 5e-2;
 
-/// Volume spanned by the slides as they stand, from the Jacobian's linear columns.
+/// Volume spanned by the slides where they are, from the Jacobian's linear columns.
 fn slide_volume(machine: &Machine, q: &JointValues) -> f64 {
     let jacobian = machine.jacobian(q, 0.0);
     let column = |k: usize| jacobian.fixed_view::<3, 1>(0, machine.linear_joints()[k]).into_owned();

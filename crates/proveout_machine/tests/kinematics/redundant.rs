@@ -103,7 +103,7 @@ fn what_no_joint_reaches_is_reported_with_its_residual() {
     assert!((closest[0].axis_error - reached).abs() < 1e-12);
 }
 
-/// A quill beside Z: the smallest motion shares the way between both.
+/// A quill next to Z: the smallest motion shares the way between both.
 #[test]
 fn a_fourth_slide_shares_the_way() {
     let mut text = "name = \"quill\"\n".to_owned();

@@ -161,7 +161,7 @@ fn what_the_caller_leaves_open_is_asked() {
     }
 }
 
-/// An arm of six joints is told what it is, whatever its joints are called.
+/// An arm of six joints is named as what it is, whatever its joints are called.
 #[test]
 fn a_robot_is_refused_by_its_joints() {
     let mut text = String::from("<robot name=\"arm\"><link name=\"l0\"/>");
@@ -178,7 +178,7 @@ fn a_robot_is_refused_by_its_joints() {
     assert!(error.message.contains("three slides X, Y, Z"), "{error}");
 }
 
-/// The turning of a spindle is no axis; the link before it is named, and what turns stands still.
+/// The turning of a spindle is no axis; the link before it is named, and what turns is at rest.
 #[test]
 fn a_spindle_that_turns_is_left_before_its_joint() {
     let desk = Desk::new();
@@ -192,7 +192,7 @@ fn a_spindle_that_turns_is_left_before_its_joint() {
     assert!(desk.machine(&made).bodies.iter().any(|b| b.name == "spindle"));
 }
 
-/// A quill stands where it is: programs do not move W.
+/// A quill stays where it is: programs do not move W.
 #[test]
 fn a_quill_is_held() {
     let desk = Desk::new();

@@ -48,14 +48,14 @@ fn boxes_cylinders_and_spheres_stand_where_the_links_are() {
     };
     let links = ["bed", "bearings", "beam", "saddle", "headstock", "spindle", "cradle", "table"];
     assert_eq!(links.map(on), ["base", "base", "Y", "X", "Z", "Z", "A", "C"]);
-    // The frame of the beam stands at (0, 361, 1786) mm; the arms of the cradle about the axis at 1020 mm.
+    // The frame of the beam is at (0, 361, 1786) mm; the arms of the cradle about the axis at 1020 mm.
     assert!(near(&body(&machine, "beam").mesh.aabb(), [-740.0, 262.0, 1612.0], [740.0, 460.0, 1960.0], 1e-6));
     let cradle = body(&machine, "cradle").mesh.aabb();
     assert!(near(&cradle, [-382.0, -165.0, 685.0], [382.0, 165.0, 1130.0], 0.2), "{cradle:?}");
     let bed = body(&machine, "bed");
     let ball = bed.mesh.positions.iter().filter(|p| (*p - Point::new(550.0, 550.0, 500.0)).norm() < 15.2).count();
     assert!(ball > 2000, "the ball is a mesh of the model: {ball}");
-    // A body moves as its link: the table turned by a quarter of A stands upright, its face towards the
+    // A body moves as its link: the table turned by a quarter of A is upright, its face towards the
     // operator or away from him.
     let mut q = JointValues::ZERO;
     q[machine.joint("A").expect("A")] = -std::f64::consts::FRAC_PI_2;

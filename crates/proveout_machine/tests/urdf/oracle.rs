@@ -89,7 +89,7 @@ pub(crate) fn joints(text: &str) -> Vec<OracleJoint> {
     .collect()
 }
 
-/// Pose of a link in the root, meter; joints that are not named stand at zero.
+/// Pose of a link in the root, meter; joints that are not named are at zero.
 pub(crate) fn root_from_link(joints: &[OracleJoint], link: &str, q: &BTreeMap<String, f64>) -> M4 {
     let Some(j) = joints.iter().find(|j| j.child == link) else { return ONE };
     let mut place = ONE;

@@ -51,8 +51,13 @@ pub(crate) const fn parameter(number: u32) -> Parameter {
         246 => (Number, "stopping angle", Some(360.0)),
         247 => (Number, "stepping angle", Some(0.0)),
         248 => (Number, "opening angle", None),
+        249 => (Length, "depth of the counterbore", None),
+        250 => (Length, "thickness of the material", None),
+        251 => (Length, "displacement of the bar", None),
+        252 => (Length, "height of the edge", None),
         253 => (Feed, "feed of positioning", None),
         254 => (Feed, "feed of countersinking", None),
+        255 => (Number, "dwell in the counterbore", Some(0.0)),
         256 => (Length, "retraction of chip breaking", Some(0.2)),
         257 => (Length, "depth of chip breaking", Some(0.0)),
         258 => (Length, "stop above the first depth", Some(0.2)),
@@ -160,6 +165,7 @@ cycles! {
     C201 = "201" [] [200, 201, 206, 211, 208, 203, 204];
     C202 = "202" [] [200, 201, 206, 211, 208, 203, 204, 214, 336];
     C203 = "203" [] [200, 201, 206, 202, 210, 203, 204, 212, 213, 205, 211, 208, 256];
+    C204 = "204" [] [200, 249, 250, 251, 252, 253, 254, 255, 203, 204, 214, 336];
     C205 = "205" [] [200, 201, 206, 202, 203, 204, 212, 205, 258, 259, 257, 256, 211, 379, 253, 208];
     C206 = "206" [] [200, 201, 206, 211, 203, 204];
     C207 = "207" [] [200, 201, 239, 203, 204];

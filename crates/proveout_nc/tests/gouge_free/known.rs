@@ -139,7 +139,7 @@ fn near_tangent_corners_leave_no_spikes_and_no_crumbs() {
                 let inner = &read.pieces[1..read.pieces.len() - 1];
                 // Pieces of their own only where the tool would swerve by 1e-5 mm without them: one arc, or
                 // two lines of half its length. The path never turns by more than the corner and what the
-                // equidistants bend beside it.
+                // equidistants bend next to it.
                 let shortest = inner.iter().map(|(_, s)| s.length()).fold(f64::INFINITY, f64::min);
                 assert!(
                     shortest > 0.49 * (8e-5 * radius).sqrt(),
@@ -269,7 +269,7 @@ fn a_pocket_begun_in_its_corner_cuts_its_first_side() {
         let form = Form::plain(dialect);
         let c = contour([15.0, 15.0], [0.0, 0.0], blocks.clone(), [15.0, 15.0], true, 4.0);
         let read = taken(&form, &c);
-        // At its end the last side is beside its own end: on the first side, a whole radius deep.
+        // At its end the last side is next to its own end: on the first side, a whole radius deep.
         let narrow = read.overcuts.iter().find(|(_, overcut)| overcut.kind == OvercutKind::Narrow).unwrap();
         assert!((narrow.1.depth - 4.0).abs() < 1e-9, "{dialect:?} {narrow:?}");
     }
@@ -277,8 +277,8 @@ fn a_pocket_begun_in_its_corner_cuts_its_first_side() {
 
 #[test]
 fn an_entry_along_the_contour_cuts_its_start() {
-    // From 10 mm before the start, on the line of the contour, the tool of 5 mm comes to its place beside the
-    // start: nearest to the start where the way is square to it, at 10 sin(atan(5 / 10)).
+    // From 10 mm before the start, on the line of the contour, the tool of 5 mm comes to its place next to
+    // the start: nearest to the start where the way is square to it, at 10 sin(atan(5 / 10)).
     let depth = 5.0 - 10.0 * 0.5f64.atan().sin();
     let blocks = vec![Block::Line([40.0, 0.0])];
     for dialect in DIALECTS.into_iter().filter(|d| *d != Dialect::LinuxCnc) {
@@ -303,14 +303,14 @@ fn heights_and_rapid_motions_are_distinguished() {
         )
     };
     let of = |text: String, radius: f64| form.read(&text, Some(radius)).map(|read| inner(&read));
-    // Behind the slot the tool has room to turn: three sides of a square of 20 mm.
+    // After the slot the tool has room to turn: three sides of a square of 20 mm.
     let turn = "Y-10\nX110\nY16\nX90\nY6";
     assert!(of(slot(turn, ""), 2.0).unwrap().is_empty());
     assert!(of(slot(turn, ""), 4.0).unwrap().contains(&OvercutKind::Narrow));
     // At another height the second wall may be another one.
     let above = of(slot(turn, "Z5"), 4.0).unwrap();
     assert!(above.contains(&OvercutKind::Above), "{above:?}");
-    // Way back at rapid rate, high over the first wall: nothing is cut, and nothing stands there that could
+    // Way back at rapid rate, high over the first wall: nothing is cut, and nothing is there that could
     // be.
     let rapid = slot("Y-10\nX110\nY16\nX90\nG0 Y6", "").replace("G40", "G40 G1");
     let rapid = form.read(&rapid, Some(4.0)).unwrap();

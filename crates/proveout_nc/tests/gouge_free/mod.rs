@@ -20,8 +20,8 @@ use program::{Contour, DIALECTS, Form, Read};
 use random::{Random, Visits};
 use shape::{Shape, distance};
 
-/// What the crate calls a cut, mm ([`proveout_nc::OvercutKind`] is told above 1e-3), and what the search may
-/// be off.
+/// What the crate calls a cut, mm ([`proveout_nc::OvercutKind`] is reported above 1e-3), and what the search
+/// may be off.
 const CUT_MM: f64 = 1e-3;
 const SEARCH_MM: f64 = 1e-6;
 
@@ -72,7 +72,7 @@ fn walls(form: &Form, text: &str) -> Vec<(u32, Shape)> {
     programmed[1..programmed.len() - 1].to_vec()
 }
 
-/// Holds what was read against the search; the places that were told.
+/// Compares what was read with the search; the places that were reported.
 fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> {
     let walls = walls(form, text);
     let path = &read.pieces;
@@ -116,7 +116,7 @@ fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> 
         let p = piece.at(0.5);
         let (s, near) = wall.nearest(p);
         let (q, heading) = (wall.at(s), wall.heading(s));
-        // An equidistant of its block; the lines of a corner, which have the number of the block behind it,
+        // An equidistant of its block; the lines of a corner, which have the number of the block after it,
         // keep other distances.
         if s > 0.0 && s < 1.0 && (near - c.radius).abs() < 1e-6 && piece.length() > 1e-6 {
             let across = heading[0] * (p[1] - q[1]) - heading[1] * (p[0] - q[0]);
@@ -132,7 +132,7 @@ fn judge(form: &Form, c: &Contour, text: &str, read: &Read) -> Vec<OvercutKind> 
 
 /// Whether the tool touches every block along one part of it, and is kept off the rest by its neighbors only,
 /// which it then touches inside: all corners have a place where the equidistants meet. By tool positions
-/// beside points of the blocks. False as well where that is not told so easily: near a reversal.
+/// next to points of the blocks. False as well where that is not easy to say: near a reversal.
 fn surely_fits(form: &Form, c: &Contour, walls: &[(u32, Shape)]) -> bool {
     const POINTS: usize = 200;
     let offset = if c.left == form.mirrored { -c.radius } else { c.radius };

@@ -32,7 +32,7 @@ pub(crate) struct Contour {
     pub(crate) to: Point,
     pub(crate) left: bool,
     pub(crate) radius: f64,
-    /// Digits behind the decimal point.
+    /// Digits after the decimal point.
     pub(crate) digits: usize,
 }
 
@@ -249,7 +249,7 @@ impl Form {
     }
 }
 
-/// Motions in the plane with their lines, and what was told about cuts into the contour.
+/// Motions in the plane with their lines, and what was reported about cuts into the contour.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Read {
     pub(crate) pieces: Vec<(u32, Shape)>,

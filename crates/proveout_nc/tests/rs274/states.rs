@@ -241,7 +241,7 @@ pub(crate) fn theirs(blocks: &[&Recorded]) -> Vec<Vec<Event>> {
         if block.calls.iter().any(|call| call == "E2") {
             events.retain(|event| !matches!(event.kind, Kind::Plane(_)));
         }
-        // The reader tells the stop of an oriented spindle, the calls do not.
+        // The reader emits the stop of an oriented spindle, the calls do not.
         oriented |= block.text.to_ascii_uppercase().contains("M19");
         if oriented {
             events.iter_mut().for_each(|event| event.spindle.1 = -1);
@@ -263,7 +263,7 @@ impl Machine {
             std::array::from_fn(|a| v.get(a).copied().unwrap_or(0.0) * if a < 3 { unit } else { 1.0 })
         };
         let turned = |m: &mut Self, direction: i32| {
-            // Surface speed is told by the reader as the speed that it gives.
+            // The reader gives surface speed as the speed that follows from it.
             let speed = if m.surface { -1 } else { m.speed.round() as i64 };
             m.spindle = (direction, if direction == 0 { 0 } else { speed });
         };

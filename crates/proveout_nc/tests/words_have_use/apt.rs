@@ -80,7 +80,7 @@ const WORDS: [&str; 24] = [
     "TIMES,2",
 ];
 
-/// An item behind the others of the first line.
+/// An item after the others of the first line.
 fn put(block: &str, word: &str) -> String {
     let (first, rest) = block.split_once('\n').map_or((block, ""), |(first, rest)| (first, rest));
     let sign = if first.contains('/') { ',' } else { '/' };

@@ -77,9 +77,9 @@ const WORDS: [&str; 47] = [
 /// Words in force already, and those that repeat what the block says.
 fn nothing_new(block: &str, word: &str) -> bool {
     let path = block.lines().last().unwrap_or_default();
-    // Rapid traverse that a block without a path has no use for is told once, with the block that has it.
+    // Rapid traverse that a block without a path has no use for is reported once, with the block that has it.
     let twice = path.split_whitespace().any(|own| own == word);
-    // A feed beside the words of a block that brings its own; FAUTO is the feed of TOOL CALL, which holds
+    // A feed next to the words of a block that brings its own; FAUTO is the feed of TOOL CALL, which holds
     // where none follows.
     twice || word == "R0" || word == "FAUTO" && path.starts_with("CYCL CALL")
 }
@@ -114,7 +114,7 @@ N925 G13 H+60 *
 N930 G91 G01 X+1 Y+1 Z+1 *
 N999999 %T G71 *
 ";
-/// Path functions of polar coordinates, which stay in force: a block behind them names its own.
+/// Path functions of polar coordinates, which stay in force: a block after them names its own.
 const DIN_POLAR: [&str; 3] = ["G11 R+5 H+30", "G13 H+90", "G16 R+5 H+60"];
 const DIN_BLOCKS: [&str; 25] = [
     "G01 X+5 Y+1",
@@ -181,7 +181,7 @@ const DIN_WORDS: [&str; 33] = [
 
 fn nothing_new_in_din(block: &str, word: &str) -> bool {
     let own = |w: &str| block.split_whitespace().any(|own| own == w);
-    // G90 is in force, a path function that stands already says itself again, and G17 is the plane.
+    // G90 is in force, a path function that is in force is written again, and G17 is the plane.
     own(word) || word == "G17" || word == "G90" && block != "G91"
 }
 

@@ -1,13 +1,13 @@
 //! Every word that a language knows, in every kind of its blocks: the block uses it, refuses it by name, or
-//! tells it in a note.
+//! names it in a note.
 //!
 //! ```text
-//!   before      block                 behind
+//!   before      block                 after
 //!   ...         G1 X10                ...        commands A
 //!   ...         G1 X10  + one word    ...        a fault, or commands other than A
 //! ```
 //!
-//! What stands behind the block depends on all that a block can leave in force (feed, pole, plane,
+//! What comes after the block depends on all that a block can leave in force (feed, pole, plane,
 //! compensation), so that a word that acts later is seen there.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
@@ -69,7 +69,7 @@ fn no_word_is_dropped(families: &[Family<'_>]) {
     assert!(dropped.is_empty(), "{} words are read and have no effect:\n{}", dropped.len(), dropped.join("\n"));
 }
 
-/// A word behind a block, with a blank.
+/// A word after a block, with a blank.
 fn behind(block: &str, word: &str) -> String {
     format!("{block} {word}")
 }

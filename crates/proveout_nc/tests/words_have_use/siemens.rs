@@ -116,7 +116,7 @@ const WORDS: [&str; 48] = [
 ];
 
 fn nothing_new(block: &str, word: &str) -> bool {
-    // G55 and the others end no motion, so that SUPA beside them has none to act on.
+    // G55 and the others end no motion, so that SUPA next to them has none to act on.
     let still = |block: &str| !block.contains(['X', 'Y', 'Z']) || block.starts_with(['C', 'M']);
     word == "SUPA" && (still(block) || block.contains("SUPA"))
 }

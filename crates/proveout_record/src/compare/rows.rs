@@ -222,7 +222,7 @@ pub(crate) fn variations(c: &Comparison) -> Vec<Value> {
 pub(crate) fn joints(c: &Comparison, order: &[String]) -> Vec<Value> {
     let all = programs(c);
     let one = |joint: &String| {
-        let unit = all.iter().find_map(|(_, _, p)| p.axes.get(joint)).map(|a| symbol(&a.unit).to_owned())?;
+        let unit = all.iter().find_map(|(_, _, p)| p.axes.get(joint)).map(|a| symbol(a.unit.name()).to_owned())?;
         let row = |(i, name, p): &(usize, &str, &ProgramFigures)| {
             let axis = p.stretch.as_ref().and_then(|s| s.axes.get(joint));
             let whole = p.axes.get(joint);

@@ -11,7 +11,7 @@ use proveout_sim::{
         PartPicture, Pictures, ProgramFigures, ProgramPicture, Published, Reproduced, Role, Stretch, StretchAxis,
         Study, StudyCurve, StudyFigure, TimeGain, Variation, VariationKind, VariedGains, VariedTime,
     },
-    verdict::{self, Axis, Gate, GateVerdict, State},
+    verdict::{self, Axis, AxisUnit, Gate, GateVerdict, State},
 };
 
 use super::{
@@ -48,7 +48,7 @@ fn figures(text: &str, baseline: bool) -> ProgramFigures {
             over_velocity: Vec::new(),
         }),
         time: verdict::Time { total_s: 80.0, cutting_s: 68.0, ..verdict::Time::default() },
-        axes: BTreeMap::from([("A".to_owned(), Axis { unit: "deg".into(), ..Axis::default() })]),
+        axes: BTreeMap::from([("A".to_owned(), Axis { unit: AxisUnit::Deg, ..Axis::default() })]),
         stretch: Some(Stretch {
             blocks: 10,
             time_s: 66.0,

@@ -75,7 +75,7 @@ pub(crate) fn explained(
 /// Where the limit of a finding comes from.
 fn basis(setup: &Setup<'_>, f: &Finding) -> String {
     let t = &setup.scene.file.tolerances;
-    let scene = |key: &str| format!("chosen: {key} in the scene");
+    let scene = |key: &str| format!("set by {key} in the scene");
     match f.limit_source {
         Some(LimitSource::Travel(joint)) => setup.machine.joints.get(joint).map_or_else(String::new, |j| {
             let note = trust_note(setup.machine, &j.name, &["travel_mm", "travel_deg", "endless"]);
@@ -91,8 +91,12 @@ fn basis(setup: &Setup<'_>, f: &Finding) -> String {
         Some(LimitSource::InspectedFeature) => "the tolerance of the feature in the scene".into(),
         Some(LimitSource::SpindleOrTool) => "of the spindle in the machine file or of the tool in its library".into(),
         Some(LimitSource::Tool) => "of the tool in its library".into(),
+        Some(LimitSource::ContourCheck) => "the tool may enter its own contour by 0.001 mm".into(),
         None if f.limit.is_none() && f.penetration_mm.is_some() => {
-            format!("chosen: a touch up to {} is not a cut (tolerances.contact_mm in the scene)", length(t.contact_mm))
+            format!(
+                "bodies that meet by up to {} only touch (tolerances.contact_mm in the scene)",
+                length(t.contact_mm)
+            )
         }
         None => String::new(),
     }

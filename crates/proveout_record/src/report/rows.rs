@@ -1,6 +1,6 @@
 //! Rows of the page's tables, as text.
 
-use proveout_sim::verdict::{Axis, Verdict};
+use proveout_sim::verdict::{Axis, AxisUnit, Verdict};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -194,7 +194,7 @@ fn usage(value: String, part: Option<f64>, most: f64) -> LimitUse {
 /// One row a joint.
 pub(crate) fn axes(v: &Verdict, joints: &[JointSignals]) -> Vec<Value> {
     let row = |(name, a): (&String, &Axis)| {
-        let sign = symbol(&a.unit);
+        let sign = symbol(a.unit.name());
         // The promise of the planner: 0.1 percent.
         let rate = |value: f64, per: &str, part| usage(format!("{} {sign}/{per}", compact(value)), part, 1.001);
         json!({
@@ -219,7 +219,7 @@ pub(crate) fn drives(v: &Verdict, joints: &[JointSignals]) -> Vec<Value> {
         let force = a.max_drive_force.map_or_else(|| "–".into(), compact);
         Some(json!({
             "name": name,
-            "following": if a.unit == "deg" { format!("{}°", compact(error)) } else { length(error) },
+            "following": if a.unit == AxisUnit::Deg { format!("{}°", compact(error)) } else { length(error) },
             // A drive at its limit is a finding.
             "force": usage(
                 format!("{force} {}", a.drive_force_unit.as_deref().unwrap_or("")),

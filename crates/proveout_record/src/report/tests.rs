@@ -4,7 +4,7 @@ use proveout_geom::cylinder_mesh;
 use proveout_sim::{
     finding::{Family, Finding, Severity},
     listing::Listing,
-    verdict::{self, Axis, Gate, GateVerdict, Inspected, MachineUsed, State, ToolUse, Verdict},
+    verdict::{self, Axis, AxisUnit, Gate, GateVerdict, Inspected, MachineUsed, State, ToolUse, Verdict},
 };
 
 use super::gouge_excess_scale::{Scale, Scales};
@@ -50,7 +50,7 @@ pub(crate) fn finding(severity: Severity, code: &str, message: &str) -> Finding 
 
 pub(crate) fn verdict(message: &str) -> Verdict {
     let axis = Axis {
-        unit: "mm".into(),
+        unit: AxisUnit::Mm,
         min: -120.0,
         max: 80.0,
         max_velocity: 500.0,

@@ -86,7 +86,7 @@ pub(crate) struct ThreadCuts {
 
 impl ThreadCuts {
     pub(crate) fn new(tools: &ToolLibrary) -> Self {
-        let is_envelope = (0..tools.tools.len()).map(|t| is_envelope(tools, t)).collect();
+        let is_envelope = tools.tools.iter().map(|t| t.is_thread_mill || t.is_tap && t.thread.is_none()).collect();
         Self { is_envelope, envelopes: BTreeMap::new(), strokes: Strokes::new() }
     }
 
@@ -107,18 +107,6 @@ impl ThreadCuts {
             self.strokes.insert(id, stroke);
         }
     }
-}
-
-/// What a tool is that has a cylinder in place of its teeth.
-pub(crate) const ENVELOPE: &str = "a cylinder of its diameter is its envelope";
-
-/// Whether a tool cuts as the cylinder round it: a tap, a thread mill.
-fn is_envelope(tools: &ToolLibrary, index: usize) -> bool {
-    if tools.tools.get(index).is_some_and(|tool| tool.is_tap && tool.thread.is_none()) {
-        return true;
-    }
-    let threads = |why: &str| why.contains(ENVELOPE) && (why.contains("a tap: ") || why.contains("a thread mill: "));
-    tools.notes.get(index).is_some_and(|n| n.chosen.iter().any(|(_, why)| threads(why)))
 }
 
 #[cfg(test)]

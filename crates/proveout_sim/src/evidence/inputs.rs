@@ -1,6 +1,9 @@
 //! The files that a run reads, and what was noticed in them.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+};
 
 use proveout_geom::{FlatTriangles, MeshFileError, TriMesh, read_mesh_and_flat};
 use proveout_input::InputError;
@@ -21,10 +24,41 @@ pub(crate) struct Inputs {
     flat: Vec<FlatMesh>,
 }
 
+/// What a mesh file of a scene is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum MeshRole {
+    /// The design.
+    Part,
+    /// The raw stock.
+    Stock,
+    /// The fixture of this name.
+    Fixture(String),
+}
+
+impl MeshRole {
+    /// Name of the body in findings.
+    fn body(&self) -> &str {
+        match self {
+            Self::Part => "part",
+            Self::Stock => "stock",
+            Self::Fixture(name) => name,
+        }
+    }
+}
+
+impl fmt::Display for MeshRole {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if matches!(self, Self::Fixture(_)) {
+            f.write_str("fixture ")?;
+        }
+        f.write_str(self.body())
+    }
+}
+
 /// A mesh file with triangles that have no area.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct FlatMesh {
-    role: String,
+    role: MeshRole,
     path: PathBuf,
     flat: FlatTriangles,
 }
@@ -42,7 +76,7 @@ impl Inputs {
     pub(crate) fn mesh(
         &mut self,
         scene: &Scene,
-        role: String,
+        role: MeshRole,
         named: &Spanned<PathBuf>,
         unit: Option<MeshUnitFile>,
     ) -> Result<(TriMesh, PathBuf), InputError> {
@@ -65,7 +99,7 @@ impl Inputs {
             unit.convert(&mut mesh);
         }
         self.flat.extend(flat.map(|flat| FlatMesh { role: role.clone(), path: named.get_ref().clone(), flat }));
-        self.files.push((role, path.clone()));
+        self.files.push((role.to_string(), path.clone()));
         Ok((mesh, path))
     }
 
@@ -93,7 +127,7 @@ impl FlatMesh {
             at.z
         );
         let mut finding = FindingLog::of(&FLAT_TRIANGLES, message);
-        finding.bodies = vec![role.strip_prefix("fixture ").unwrap_or(role).to_owned()];
+        finding.bodies = vec![role.body().to_owned()];
         (finding.value, finding.unit) = (Some(*count as f64), Some("triangles".into()));
         finding
     }

@@ -29,8 +29,8 @@ use crate::{
         log::FindingLog,
         partial_run::{self, Partial},
         verdict_file::{
-            Axis, Deviation, GateVerdict, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION, Surface,
-            Time, Verdict,
+            Axis, AxisUnit, Deviation, GateVerdict, Inspected, MachineUsed, PatchUsed, Path, Removal, SCHEMA_VERSION,
+            Surface, Time, Verdict,
         },
     },
 };
@@ -191,7 +191,7 @@ fn axes(prepared: &Prepared, summary: &Summary) -> BTreeMap<String, Axis> {
             let rotary = joint.is_rotary();
             let scale = |v: f64| v * joint.kind.unit_factor();
             let axis = Axis {
-                unit: joint.kind.unit().into(),
+                unit: if rotary { AxisUnit::Deg } else { AxisUnit::Mm },
                 min: joint.kind.in_unit(s.min),
                 max: joint.kind.in_unit(s.max),
                 max_velocity: scale(s.max_velocity),

@@ -3,7 +3,6 @@
 use proveout_surface::Area;
 
 use crate::{
-    checks::thread_strokes::ENVELOPE,
     cut::engine::Facts,
     judge::surface_survey::Measured,
     prepare::prepared::Prepared,
@@ -45,7 +44,7 @@ pub(crate) fn judge_areas(
             let round = f.block.and_then(|b| facts.envelopes.get(&b)).and_then(|t| prepared.tools.tools.get(*t));
             if let Some(tool) = round {
                 f.message += &format!(
-                    "; {} is modeled here as a cylinder ({ENVELOPE}): if the design has the hole before the thread, the depth of the thread is no fault",
+                    "; {} is modeled here as a cylinder (a cylinder of its diameter is its envelope): if the design has the hole before the thread, the depth of the thread is no fault",
                     tool.name
                 );
             }

@@ -52,7 +52,6 @@ pub(crate) fn fold(judgements: &[Judgement], left_out: &[String], surface: &Surf
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::verdict::surface_words::FLAT;
     use crate::verdict::verdict_file::{ProfileUsed, TextureUsed};
 
     fn judged(key: &'static str, state: State) -> Judgement {
@@ -107,7 +106,7 @@ mod tests {
             assert!(message.ends_with(&format!("; evaluated: {values}")), "{message}");
         }
         assert_eq!(evaluated(&Surface::default()), None);
-        let flat = TextureUsed { sa_um: Some(0.0), remarks: vec![FLAT.to_owned()], ..TextureUsed::default() };
+        let flat = TextureUsed { sa_um: Some(0.0), is_flat: true, ..TextureUsed::default() };
         let message = evaluated(&Surface { textures: vec![flat], ..Surface::default() }).expect("a value");
         assert_eq!(message, "Sa 0.0000 um at 1 place; no kinematic height along the path; teeth not modeled");
     }

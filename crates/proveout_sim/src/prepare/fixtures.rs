@@ -7,7 +7,7 @@ use proveout_input::{InputError, Step::Item, Step::Key};
 use proveout_machine::Machine;
 
 use crate::{
-    evidence::inputs::Inputs,
+    evidence::inputs::{Inputs, MeshRole},
     prepare::{error::SimError, fixture_bodies},
     scene::{CylinderAxis, CylinderFile, FixtureFile, FixtureFrame, Scene},
 };
@@ -55,7 +55,7 @@ fn fixture_mesh(
     let mesh = match (&fixture.mesh, fixture.block, fixture.cylinder) {
         (None, None, None) => fixture.kind.map(|kind| fixture_bodies::mesh(fixture, kind)).unwrap_or_default(),
         (Some(path), None, None) => {
-            let (mesh, path) = inputs.mesh(scene, format!("fixture {}", fixture.name), path, fixture.mesh_unit)?;
+            let (mesh, path) = inputs.mesh(scene, MeshRole::Fixture(fixture.name.clone()), path, fixture.mesh_unit)?;
             surface(mesh, path)?
         }
         (None, Some(b), None) => box_mesh(&b.aabb()),

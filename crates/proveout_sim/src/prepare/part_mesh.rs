@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use proveout_geom::TriMesh;
 
 use crate::{
-    evidence::inputs::Inputs,
+    evidence::inputs::{Inputs, MeshRole},
     prepare::{
         error::SimError,
         part_shape::{self, Shape},
@@ -17,7 +17,7 @@ use crate::{
 pub(crate) fn part_mesh(scene: &Scene, inputs: &mut Inputs) -> Result<Option<(TriMesh, Option<f64>)>, SimError> {
     let Some(part) = &scene.file.part else { return Ok(None) };
     if let Some(path) = &part.mesh {
-        let (mesh, path) = inputs.mesh(scene, "part".into(), path, part.mesh_unit)?;
+        let (mesh, path) = inputs.mesh(scene, MeshRole::Part, path, part.mesh_unit)?;
         return Ok(Some((solid(mesh, path)?, None)));
     }
     match &part.blade {

@@ -10,7 +10,7 @@ use serde_spanned::Spanned;
 use crate::{
     evidence::{
         digest,
-        inputs::Inputs,
+        inputs::{Inputs, MeshRole},
         manifest::{MANIFEST, Manifest},
     },
     prepare::{
@@ -245,7 +245,7 @@ fn formed(scene: &Scene, file: &StockFile, limit_bytes: u64, inputs: &mut Inputs
     let Some(named) = &file.mesh else {
         return Err(StockError::Degenerate { what: "its shape is missing".into() }.into());
     };
-    let (mesh, path) = inputs.mesh(scene, "stock".into(), named, file.mesh_unit)?;
+    let (mesh, path) = inputs.mesh(scene, MeshRole::Stock, named, file.mesh_unit)?;
     if file.repair {
         return RawBody::repaired_mesh(&mesh).map_err(|e| match e {
             StockError::Mesh(source) => SimError::Mesh { path, source },

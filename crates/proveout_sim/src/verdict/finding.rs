@@ -34,9 +34,9 @@ pub enum Family {
 pub enum Severity {
     /// For information.
     Info,
-    /// Worth a look; closes no gate.
+    /// Worth a look; fails no gate.
     Warning,
-    /// Closes a gate, see [`crate::verdict::gates`].
+    /// Fails a gate.
     Error,
 }
 
@@ -151,6 +151,8 @@ pub enum LimitSource {
     SpindleOrTool,
     /// The tool in its library.
     Tool,
+    /// The check of the compensated contour, which allows 0.001 mm.
+    ContourCheck,
 }
 
 /// An entry of the registry of codes.
@@ -230,8 +232,8 @@ codes! {
     COLLISION = "collision-bodies", Collision, Error, fails Collision, "Two bodies collide.";
     NEAR_MISS = "collision-near-miss", Collision, Error, fails NearMiss, limit NearMissTolerance, "Two bodies come closer than the required clearance.";
     GOUGE = "geometry-gouge", Geometry, Error, fails Gouge, limit GougeTolerance, "The cut part is below the design by more than the tolerance.";
-    OVERCUT = "geometry-overcut", Geometry, Error, fails Gouge, "The compensated tool does not fit between two parts of its contour, and cuts one of them.";
-    CONTOUR_TOUCHED = "geometry-contour-touched", Geometry, Warning, "The compensated tool cuts its contour while leading in or out, at an open end, or above it.";
+    OVERCUT = "geometry-overcut", Geometry, Error, fails Gouge, limit ContourCheck, "The compensated tool does not fit between two parts of its contour, and cuts one of them.";
+    CONTOUR_TOUCHED = "geometry-contour-touched", Geometry, Warning, limit ContourCheck, "The compensated tool cuts its contour while leading in or out, at an open end, or above it.";
     EXCESS = "geometry-excess", Geometry, Error, fails Excess, limit ExcessTolerance, "Material is left on the design by more than the tolerance.";
     FILM = "geometry-film", Geometry, Info, "A sheet of material above the design is thinner than the twin can resolve.";
     THREAD = "geometry-thread", Geometry, Info, "A tap has cut its thread outside of the core holes of the design.";

@@ -30,7 +30,7 @@ pub(crate) fn evaluated(surface: &Surface) -> Option<String> {
     if words.is_empty() {
         return None;
     }
-    let flat = textures.iter().any(|t| t.remarks.iter().any(|r| r == FLAT));
+    let flat = textures.iter().any(|t| t.is_flat);
     let flat = if flat { format!("; {FLAT}") } else { String::new() };
     let places = if textures.len() == 1 { "1 place".to_owned() } else { format!("{} places", textures.len()) };
     Some(format!("{} at {places}{flat}", words.join(", ")))

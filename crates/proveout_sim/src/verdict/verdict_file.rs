@@ -155,11 +155,32 @@ pub struct Time {
     pub path_bound_s: Option<f64>,
 }
 
+/// Unit of the position of a joint.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum AxisUnit {
+    /// Millimeters, of a linear joint.
+    #[default]
+    Mm,
+    /// Degrees, of a rotary joint.
+    Deg,
+}
+
+impl AxisUnit {
+    /// Its name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mm => "mm",
+            Self::Deg => "deg",
+        }
+    }
+}
+
 /// Extremes of one joint; mm or degrees, seconds.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Axis {
-    /// Unit of length: `mm` or `deg`.
-    pub unit: String,
+    /// Unit of length.
+    pub unit: AxisUnit,
     /// Smallest position.
     pub min: f64,
     /// Largest position.
@@ -437,6 +458,9 @@ pub struct TextureUsed {
     pub unchecked: Vec<String>,
     /// What a reader should know in addition to the values.
     pub remarks: Vec<String>,
+    /// Whether the envelope has no height along the path, so that teeth would leave all of it; absent otherwise.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_flat: bool,
 }
 
 /// A profile of a texture.

@@ -256,6 +256,7 @@ fn draft(
         draft.kind = Some("flat");
         draft.shape = vec![("diameter_mm", dc)];
         if !has("flat") {
+            draft.thread_mill = has("thread mill");
             draft.choose(&["kind"], format!("a {kind}: taken as a cylinder of its diameter and flute length"));
         }
     } else {

@@ -88,7 +88,7 @@ pub(super) fn described(draft: &mut ToolDraft, remark: &str) {
     {
         draft.kind = Some(kind);
         if let Some(why) = why {
-            draft.choose(&["kind"], why.reason());
+            draft.stand_in(why);
         }
     }
 }

@@ -24,14 +24,9 @@ const LOOKS: [&str; 9] = [
     "strip_suffix",
 ];
 /// Files that may, with the number of their places and the cause.
-const KNOWN: [(&str, usize, &str); 3] = [
+const KNOWN: [(&str, usize, &str); 2] = [
     ("crates/proveout_input/src/document/toml_fault.rs", 6, "errors of the TOML reader are texts alone"),
     ("crates/proveout_machine/src/summary.rs", 1, "notes of machine files name value and source in one text"),
-    (
-        "crates/proveout_sim/src/checks/thread_strokes.rs",
-        3,
-        "tool files say in a reason that a tap is drawn as a cylinder",
-    ),
 ];
 
 /// Fails with every place that looks into a sentence.

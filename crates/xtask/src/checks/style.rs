@@ -28,22 +28,28 @@ type Texts = Vec<(PathBuf, Text)>;
 /// Fails with the worst places of every turn that is used too often, of long sentences and of long comment
 /// lines.
 pub(crate) fn check(root: &Path) -> Result<String, TaskError> {
-    let [mut comments, mut messages, mut pages] = [Texts::new(), Texts::new(), Texts::new()];
+    let [mut comments, mut of_tests, mut messages, mut pages] = [const { Texts::new() }; 4];
     for path in text_files(root)? {
         let text = files::get(&root.join(&path))?;
         let named = |texts: Vec<Text>| texts.into_iter().map(|t| (path.clone(), t)).collect::<Texts>();
         if path.extension().is_some_and(|e| e == "md") {
             pages.extend(named(text.lines().enumerate().map(|(k, line)| (k + 1, line.to_owned())).collect()));
-        } else if is_production(&path) {
-            let (of_comments, of_messages) = comments_and_strings(without_tests(&text));
+        } else {
+            let production = if is_production(&path) { without_tests(&text) } else { "" };
+            let (of_comments, of_messages) = comments_and_strings(production);
             comments.extend(named(of_comments));
             messages.extend(named(of_messages));
+            // Strings of tests are inputs and wrong on purpose.
+            let (tests, _) = comments_and_strings(&text[production.len()..]);
+            let before = production.matches('\n').count();
+            of_tests.extend(named(tests.into_iter().map(|(line, text)| (before + line, text)).collect()));
         }
     }
     let mut faults = Vec::new();
-    let kinds = [("comments", &comments), ("messages", &messages), ("pages", &pages)];
+    let kinds = [("comments", &comments), ("comments of tests", &of_tests), ("messages", &messages), ("pages", &pages)];
     let shares = kinds.map(|(kind, texts)| format!("{kind} {:.1}", turns(kind, texts, &mut faults)));
     let mean = long_sentences(&pages, &mut faults);
+    comments.extend(of_tests);
     long_lines(&comments, &mut faults);
     if faults.is_empty() {
         let shares = shares.join(", ");

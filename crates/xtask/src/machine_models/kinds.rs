@@ -8,7 +8,8 @@ use crate::{
         gantry::Gantry,
         library::travels,
         numbers::KinematicNumbers,
-        part::MachinePart,
+        part::{MachinePart, Paint},
+        solid::{UnitAxis, block, cylinder},
         spindle_heads::{Fork, Spindle, fork, spindle},
         work::{Trunnion, rotary_table},
     },
@@ -104,5 +105,34 @@ pub(crate) fn hurco_vmx42(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>
     let mut parts = frame.parts();
     parts.extend(fork(numbers, Fork { on: "Z", tilt: "B", accent, spindle: size, top: 470.0 })?);
     parts.extend(rotary_table(numbers, "X", 305.0, deck, accent));
+    Ok(parts)
+}
+
+/// A bench mill with a rotary table at the left end of its table, whose axis lies along x.
+pub(crate) fn smithy_1240(numbers: &KinematicNumbers) -> Result<Vec<MachinePart>, TaskError> {
+    let accent = [40, 84, 128];
+    let [face, y, height] = numbers.table;
+    let size = Spindle { nose: 35.0, housing: 62.0, top: 172.0 };
+    let deck = height - 127.0;
+    let frame = CFrame {
+        on: ["X", "Y", "Z"],
+        travel: travels(numbers, ["X", "Y", "Z"])?,
+        half: [508.0, 152.0],
+        deck,
+        head: 110.0,
+        foot: size.top - 2.0,
+        accent,
+        slotted: false,
+    };
+    let mut parts = frame.parts();
+    parts.extend(spindle(numbers, size));
+    let on_axis = |from: f64, radius: f64, length: f64| {
+        cylinder([face - from, y, height], UnitAxis::X.unit(), radius, length, 2.0)
+    };
+    let housing = block([face - 160.0, y - 95.0, deck - 2.0], [face - 18.0, y + 95.0, height + 95.0], 10.0);
+    parts.push(MachinePart::new("rotary_housing", "housing", "X", Paint::Accent(accent), housing));
+    parts.push(MachinePart::new("rotary_motor", "motor", "X", Paint::Dark, on_axis(240.0, 45.0, 84.0)));
+    parts.push(MachinePart::new("table", "table", "A", Paint::Steel, on_axis(14.0, 80.0, 14.0)));
+    parts.push(MachinePart::new("table_hub", "table", "A", Paint::Dark, on_axis(60.0, 45.0, 48.0)));
     Ok(parts)
 }

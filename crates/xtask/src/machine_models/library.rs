@@ -40,6 +40,7 @@ pub(crate) const LIBRARY: &[(&str, Build)] = &[
     ("mikron-hpm-800u-type", kinds::mikron_hpm),
     ("nutating-head-45", nutating_head),
     ("pocket-nc-v2", singles::pocket_nc),
+    ("smithy-1240-4axis", |numbers| home_zero::parts(numbers, kinds::smithy_1240)),
     ("starrag-lx-451", singles::starrag),
     ("three-axis-mill", three_axis),
     ("variaxis-i600-type", kinds::variaxis),

@@ -415,7 +415,12 @@ impl Interpreter {
             }
             220 | 221 => return self.pattern_cycle(&values),
             _ if super::milling::is_milling(spec.name) => self.check_milling(&values)?,
-            _ => check_hole(&values)?,
+            _ => {
+                check_hole(&values)?;
+                if number == 204 {
+                    self.assume("cycle 204: the bar comes down out of the counterbore in the feed Q253");
+                }
+            }
         }
         self.define_cycle(Cycle::Fixed(values));
         Ok(())

@@ -61,7 +61,6 @@ pub(crate) fn check_cycle(number: u32, span: Span) -> Result<(), Fault> {
 fn not_read(number: u32, span: Span) -> Fault {
     let remedy = match number {
         267 => "how the tool comes onto the outer thread is not published to the point: write the helix as CP blocks",
-        204 => "bore from below needs the dimensions of the boring bar: write its motions with L blocks",
         255 | 258..=269 | 277..=299 => {
             "post the path as L and C blocks; of the milling cycles 208, 230 to 233, 251 to 254, 256, 257 and 262 to 265 are read"
         }

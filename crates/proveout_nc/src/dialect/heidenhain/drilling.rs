@@ -1,9 +1,9 @@
 //! Drilling cycles, expanded to the motions of the control.
 //!
 //! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles*, chapters "Drilling" and "Tapping":
-//! 200 drilling, 201 reaming, 202 boring, 203 universal drilling, 205 universal pecking, 206 and 207 tapping,
-//! 209 tapping with chip breaking, 240 centering, 241 single-fluted deep-hole drilling; 1, 2 and 17 of older
-//! controls. All lengths run along the tool axis:
+//! 200 drilling, 201 reaming, 203 universal drilling, 205 universal pecking, 206 and 207 tapping, 209 tapping
+//! with chip breaking, 240 centering, 241 single-fluted deep-hole drilling; 1, 2 and 17 of older controls. The
+//! boring cycles 202 and 204 are in [`super::boring`]. All lengths run along the tool axis:
 //!
 //! ```text
 //!   2nd set-up clearance   Q203 + Q204
@@ -12,6 +12,7 @@
 //!   depth                  Q203 + Q201   (Q201 negative: towards the workpiece)
 //! ```
 
+use super::boring;
 use super::interpreter::{Heidenhain, Interpreter};
 use super::motion::Goal;
 use crate::channel::milling::{Heights, SAME_HEIGHT_MM};
@@ -23,8 +24,6 @@ use crate::{Feed, Motion, SpindleDirection};
 
 /// Most infeeds of one hole.
 const MAX_INFEEDS: u32 = 10_000;
-/// Retraction of the boring bar from the wall in cycle 202, mm: fixed in the control.
-const FREE_MM: f64 = 0.2;
 /// Least infeed where the decrement would leave less, mm.
 const LEAST_INFEED_MM: f64 = 1e-6;
 
@@ -66,7 +65,7 @@ pub(super) fn check_hole(v: &Values) -> Result<(), Fault> {
         }
     }
     v.value(200)?;
-    check_depth(v)
+    if v.name() == "204" { boring::check_back_boring(v) } else { check_depth(v) }
 }
 
 /// Refuses a depth of zero.
@@ -94,7 +93,7 @@ impl Interpreter {
         } else {
             v.value(203)? + v.lift
         };
-        let depth = v.value(201)?;
+        let depth = if v.name() == "204" { boring::lowest(v)? } else { v.value(201)? };
         let second = surface + v.value(204)?;
         let clear = surface + clearance;
         Ok(Heights {
@@ -164,6 +163,7 @@ impl Interpreter {
                 self.course(&[Stroke::at(h.clear, feed)], v.span)?;
                 self.turn_spindle(direction);
             }
+            "204" => self.back_bore(v, h)?,
             "207" | "17" => self.tap(v, h, None)?,
             "209" => {
                 let infeed = v.value(257)?.abs();
@@ -176,7 +176,7 @@ impl Interpreter {
     }
 
     /// Q208: feed of retraction. 0 means as down; MAX and none mean rapid.
-    fn retraction_feed(&self, v: &Values, down: Option<Feed>) -> Result<Option<Feed>, Fault> {
+    pub(super) fn retraction_feed(&self, v: &Values, down: Option<Feed>) -> Result<Option<Feed>, Fault> {
         match v.given(208) {
             None | Some(Given::Max) => Ok(None),
             Some(Given::Number(feed)) if *feed == 0.0 => Ok(down),
@@ -261,45 +261,6 @@ impl Interpreter {
             step = if next < least { least.max(LEAST_INFEED_MM).min(step) } else { next };
         }
         self.course(&[Stroke::wait(Some(dwell_bottom)), Stroke::at(h.clear, up)], span)
-    }
-
-    /// 202: orients the spindle, moves the bar off the wall, retracts it and brings it back to the
-    /// middle.
-    fn bore_back(&mut self, v: &Values, h: Heights, down: Option<Feed>) -> Result<(), Fault> {
-        let span = v.span;
-        let direction = self.technology.direction;
-        let (way, angle) = (v.value(214)?, v.value(336)?);
-        self.turn_spindle(SpindleDirection::Off);
-        self.note(format!("spindle oriented to {angle} degrees"));
-        let [first, second, _] = self.modal.plane_axes();
-        let (axis, sign) = match way {
-            0.0 => (None, 0.0),
-            1.0 => (Some(first), -1.0),
-            2.0 => (Some(second), -1.0),
-            3.0 => (Some(first), 1.0),
-            4.0 => (Some(second), 1.0),
-            _ => return Err(v.fault(codes::ARGUMENTS, format!("Q214 takes 0 to 4 and has {way}"), "write 0 to 4")),
-        };
-        let up = self.retraction_feed(v, down)?;
-        if let Some(axis) = axis {
-            self.aside(axis, sign * FREE_MM, span)?;
-        }
-        self.course(&[Stroke::at(h.clear, up), Stroke::Rapid(h.second)], span)?;
-        if let Some(axis) = axis {
-            self.aside(axis, -sign * FREE_MM, span)?;
-        }
-        self.turn_spindle(direction);
-        Ok(())
-    }
-
-    fn aside(&mut self, axis: usize, by: f64, span: Span) -> Result<(), Fault> {
-        let Some(now) = self.position.work.get(axis) else {
-            return Err(Fault::new(codes::POSITION_UNKNOWN, span, "cycle 202 needs the position in the working plane")
-                .help("program X and Y before the cycle"));
-        };
-        let mut goal = Goal { end: self.position.work, programmed: 1 << axis, tool_axis: None };
-        goal.end.put(axis, now + by);
-        self.straight(goal, true, span)
     }
 
     /// Rigid tapping: down and up coupled to the spindle; with infeeds the chip is broken.

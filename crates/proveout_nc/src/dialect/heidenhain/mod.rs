@@ -4,13 +4,14 @@
 //! [`cycle_words`], [`plane_words`], [`q_functions`], [`expr`] for its parts) or [`din`] (DIN/ISO)
 //! into the words of [`words`]. [`interpreter`] (labels, jumps, program calls) executes paths in
 //! [`motion`], [`positioning`], [`circle`], [`corner`] and [`approach`], and everything else in
-//! [`execute`], [`functions`], [`frames`], [`plane`], [`cycle`], [`drilling`], [`milling`] and
-//! [`pattern`].
+//! [`execute`], [`functions`], [`frames`], [`plane`], [`cycle`], [`drilling`], [`boring`],
+//! [`milling`] and [`pattern`].
 //!
 //! Language after HEIDENHAIN, *TNC 640 User's Manual, Klartext programming* and *Programming of machining
 //! cycles* (34059x), and the *iTNC 530* manuals (340 49x) for the old forms of cycles.
 
 mod approach;
+mod boring;
 mod circle;
 mod corner;
 mod cycle;

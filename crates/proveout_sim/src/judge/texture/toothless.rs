@@ -49,7 +49,7 @@ impl Work<'_> {
         self.used.teeth_rz_um = Some(self.used.teeth_rz_um.unwrap_or(0.0).max(highest));
         let heights = || cuts.iter().flatten().map(|c| UM_PER_MM * c.height);
         let spread = heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
-        if spread.abs() <= FLAT_UM && !self.used.remarks.iter().any(|r| r == FLAT) {
+        if spread.abs() <= FLAT_UM && !std::mem::replace(&mut self.used.is_flat, true) {
             self.used.remarks.push(FLAT.to_owned());
         }
     }
@@ -70,7 +70,7 @@ pub(super) fn missing(texture: &TextureUsed) -> Option<String> {
     if texture.model != "envelope" || (texture.residual.missing.is_empty() && !texture.tools.is_empty()) {
         return None;
     }
-    let flat = if texture.remarks.iter().any(|r| r == FLAT) { format!("{FLAT}; ") } else { String::new() };
+    let flat = if texture.is_flat { format!("{FLAT}; ") } else { String::new() };
     let tools =
         if texture.residual.missing.is_empty() { "the tools".to_owned() } else { texture.residual.missing.join(", ") };
     Some(format!(

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use proveout_nc::{Dialect, ProgramText, ToolName};
 use proveout_tool::{LengthUnit, ToolDraft};
 
-use super::{tool_names, tool_sizes, tool_words};
+use super::{tool_names, tool_sizes, tool_statements, tool_words};
 
 /// Lines of a program that are searched for comments: the head and the calls of the tools.
 const MAX_LINES: usize = 2_000_000;
@@ -84,7 +84,7 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
             facts.stock = stock_of(&upper, dialect, unit, &mut blank).map(|(stock, word)| (stock, n, word));
         }
         if dialect.family() == Dialect::Heidenhain
-            && let Some(draft) = tool_words::tool_def(&upper, unit, n)
+            && let Some(draft) = tool_statements::tool_def(&upper, unit, n)
         {
             // The control reads this one, and not the comments.
             let name = ToolName::Number(draft.number);
@@ -96,7 +96,7 @@ pub(crate) fn of_text(text: &ProgramText, dialect: Dialect, start: LengthUnit) -
             continue;
         }
         if dialect == Dialect::Apt
-            && let Some(draft) = tool_words::cutter_statement(&upper, unit, n)
+            && let Some(draft) = tool_statements::cutter_statement(&upper, unit, n)
         {
             waiting = Some((n, draft));
         }

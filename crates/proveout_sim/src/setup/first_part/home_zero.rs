@@ -86,7 +86,7 @@ pub(super) fn chosen(path: &Path, machine: &Machine, readings: &[Reading]) -> Op
     }
     let beside = plain.iter().map(|n| folder.join(n)).filter(|p| p.is_file()).collect();
     let reason = format!(
-        "chosen: {} is sent to {} of the machine ({}, {}), which {} reaches only where its axes are zero at home; the folder \
+        "assumed: {} is sent to {} of the machine ({}, {}), which {} reaches only where its axes are zero at home; the folder \
          `{FOLDER}` holds a copy of it with zero = \"home\"{}",
         first.letter,
         proveout_tool::plain_number(first.value),

@@ -22,6 +22,7 @@ mod summary;
 mod tool_choice;
 mod tool_names;
 mod tool_sizes;
+mod tool_statements;
 mod tool_words;
 mod workholding;
 mod writing;
@@ -590,7 +591,7 @@ fn start_tool(
     // Where no word names a tool, its number changes nothing.
     if interview.given(key).is_none() && all_facts.iter().all(|f| !f.names_tool) {
         let number = proposed.parse().unwrap_or(1);
-        return Ok(Some((number, "chosen: the program names no tool, so the number has no effect".into())));
+        return Ok(Some((number, "assumed: the program names no tool, so the number has no effect".into())));
     }
     let text = format!(
         "Which tool is in the spindle when the program begins? It cuts in line {} of {} before it calls one{made_ready}. A number",

@@ -216,7 +216,7 @@ pub(crate) fn propose_mount(machine: &Machine, stock: &Aabb, reaches: &[Reach]) 
     let wanted = table.z + ABOVE_TABLE_MM - stock.min.z;
     let place = |z: f64| Vector::new(table.x - middle.x, table.y - middle.y, z).map(to_micrometers);
     let usual = format!(
-        "chosen: the middle of the stock over the middle of the table, its lower face {ABOVE_TABLE_MM} mm above it"
+        "assumed: the middle of the stock over the middle of the table, its lower face {ABOVE_TABLE_MM} mm above it"
     );
     let range = machine.program_zero().zip(machine.joint_for_letter('Z')).and_then(|(zero, z)| {
         let [low, high] = machine.joints[z].travel?;
@@ -232,13 +232,13 @@ pub(crate) fn propose_mount(machine: &Machine, stock: &Aabb, reaches: &[Reach]) 
             (
                 place(z),
                 format!(
-                    "chosen: the middle of the stock over the middle of the table; {up:.1} mm above it Z reaches every cut of every tool"
+                    "assumed: the middle of the stock over the middle of the table; {up:.1} mm above it Z reaches every cut of every tool"
                 ),
             )
         }
         Some([_, most]) if wanted > most && most + stock.min.z > table.z => (
             place(most.floor()),
-            "chosen: the middle of the stock over the middle of the table, as high as Z can reach".into(),
+            "assumed: the middle of the stock over the middle of the table, as high as Z can reach".into(),
         ),
         _ => (place(wanted), usual),
     }

@@ -233,7 +233,7 @@ pub(super) fn stock(
         let Some((stock, how)) = proposed else {
             return Err(refused("there is no stock to propose", "write its corners: X0,Y0,Z0,X1,Y1,Z1"));
         };
-        return Ok(Some(Reasoned { value: StockForm::Box(stock), reason: format!("chosen: {how}"), chosen: true }));
+        return Ok(Some(Reasoned { value: StockForm::Box(stock), reason: format!("assumed: {how}"), chosen: true }));
     }
     let reason = "as the answer `stock` says".to_owned();
     if let Some([x0, y0, z0, x1, y1, z1]) = interview::numbers::<6>(&answer) {
@@ -275,6 +275,6 @@ pub(super) fn resolution(stock: &Aabb, uses: &[&ToolUse], tools: &Tools) -> Reas
     let cell = coarse.min(0.5 * smallest).max(stock.size().max() / 800.0).clamp(0.02, 2.0);
     let digits = 10_f64.powf(2.0 - cell.log10().floor() - 1.0);
     let value = (cell * digits).round() / digits;
-    let reason = "chosen: a fraction of the stock and of the smallest tool; smaller is finer and takes longer".into();
+    let reason = "assumed: a fraction of the stock and of the smallest tool; smaller is finer and takes longer".into();
     Reasoned { value, reason, chosen: true }
 }

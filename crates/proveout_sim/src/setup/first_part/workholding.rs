@@ -125,7 +125,7 @@ fn read(answer: &str, stock: &Aabb, gap: Option<f64>) -> Result<Workholding, Str
         for (key, value) in keys {
             text += &format!("{key} = {}\n", n(*value));
         }
-        let chosen = if chosen.is_empty() { String::new() } else { format!("; chosen: {chosen}") };
+        let chosen = if chosen.is_empty() { String::new() } else { format!("; assumed: {chosen}") };
         text += &format!("source = {}\n", quoted(&format!("the answer of the call: {answer}{chosen}")));
         FixtureText { text, below }
     };

@@ -1,5 +1,5 @@
 //! The files of a proposal: `scene.toml`, `tools.toml`, `README.md`. Every value that was not given
-//! has its reason next to it, with the word `chosen`.
+//! has its reason next to it, with the word `assumed`.
 
 use std::{
     fmt::Write as _,
@@ -79,7 +79,7 @@ fn scene(plan: &Plan<'_>) -> String {
         s.push('\n');
     };
     put(
-        "# Made by `proveout new`. Values without a mark come from the program; the others are marked `chosen`, with the reason. Put in your own",
+        "# Made by `proveout new`. Values without a mark come from the program; the others say `assumed`, with the reason. Put in your own",
     );
     put("# numbers where it says so, then run the folder.");
     put("");
@@ -227,7 +227,7 @@ fn readme(plan: &Plan<'_>, lines: &[String]) -> String {
     for line in lines {
         let _ = writeln!(s, "{line}");
     }
-    s += "```\n\n## What was chosen\n\n| value | chosen | why |\n|---|---|---|\n";
+    s += "```\n\n## What was assumed\n\n| value | assumed | why |\n|---|---|---|\n";
     let mut row = |what: &str, value: String, why: &str| {
         let _ = writeln!(s, "| {what} | {value} | {} |", why.replace('|', "/"));
     };
@@ -253,7 +253,7 @@ fn readme(plan: &Plan<'_>, lines: &[String]) -> String {
             }
         }
     }
-    for t in plan.machine.trust.iter().filter(|t| t.chosen && t.key.contains("travel")) {
+    for t in plan.machine.trust.iter().filter(|t| t.chosen && matches!(t.name.as_str(), "travel_mm" | "travel_deg")) {
         row(&format!("machine: {}", t.key), String::from("see machine.toml"), &t.note);
     }
     s += &format!("\nWorkholding: {}.", plan.workholding.words());
@@ -299,7 +299,7 @@ pub(super) fn told_of_setup(
                 n(d.flute_length.unwrap_or(0.0)),
                 n(d.gauge.unwrap_or(0.0)),
                 if d.source.is_empty() { String::new() } else { format!(" ({})", d.source) },
-                if chosen.is_empty() { String::new() } else { format!("; chosen: {}", chosen.join(", ")) }
+                if chosen.is_empty() { String::new() } else { format!("; assumed: {}", chosen.join(", ")) }
             );
         }
         lines.push(line);
@@ -330,7 +330,7 @@ pub(super) fn told_of_setup(
         lines.push(format!("work offset {word}: {} ({reason})", vector(*base)));
     }
     if touch_off != 0.0 {
-        lines.push(format!("  tool length compensation is never active (no G43): chosen, the zero is taken at the tip of the tool, {} mm below the gauge line", n(touch_off)));
+        lines.push(format!("  tool length compensation is never active (no G43): the zero is assumed at the tip of the tool, {} mm below the gauge line", n(touch_off)));
     }
     let places: Vec<String> = readings
         .iter()

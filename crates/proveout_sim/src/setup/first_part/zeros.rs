@@ -194,7 +194,7 @@ pub(super) fn stated_mount(
     match interview::numbers::<3>(&answer) {
         Some(mount) => Ok(Some(Reasoned {
             value: Vector::from(mount),
-            reason: if proposed { format!("chosen: {where_it_is}") } else { "as the answer `mount` says".into() },
+            reason: if proposed { format!("assumed: {where_it_is}") } else { "as the answer `mount` says".into() },
             chosen: proposed,
         })),
         None => Err(refused(format!("`{key}` = {answer:?} is not a place"), "write three numbers: 0,0,150")),
