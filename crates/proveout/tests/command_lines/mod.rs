@@ -103,6 +103,8 @@ fn type_and_compare(one_of: usize) {
     for (number, one) in typed.iter().enumerate() {
         assert!(names.insert(one.name()), "two commands are told apart by nothing: {}", one.line());
         if number % one_of != 0 {
+            let snapshot = format!("crates/proveout/tests/command_lines/snapshots/{}.snap", one.name());
+            assert!(root().join(&snapshot).is_file(), "{} has no {snapshot}", one.line());
             continue;
         }
         settings.set_description(one.line());
