@@ -13,8 +13,8 @@ use proveout_sim::{
     observer::{Batch, BlockRow, ClearanceProof, Outcome, SampleSignals, Setup},
     scene::Scene,
     verdict::{
-        Axis, Clearance, Deviation, Gate, GateVerdict, Inspected, MachineUsed, Path as PathFigures, Removal, State,
-        Surface, Time, ToolUse, Verdict,
+        Axis, AxisUnit, Clearance, Deviation, Gate, GateVerdict, Inspected, MachineUsed, Path as PathFigures, Removal,
+        State, Surface, Time, ToolUse, Verdict,
     },
 };
 use proveout_stock::{Action, SweepItem, SweepMotion, TriDexel};
@@ -400,7 +400,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
         reason: reason.into(),
     };
     let linear = |v: f64| Axis {
-        unit: "mm".into(),
+        unit: AxisUnit::Mm,
         min: -312.4,
         max: 208.113,
         max_velocity: v,
@@ -417,7 +417,7 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
         max_drive_power_w: None,
         drive_energy_j: None,
     };
-    let rotary = Axis { unit: "deg".into(), jerk_utilisation: None, ..linear(120.0) };
+    let rotary = Axis { unit: AxisUnit::Deg, jerk_utilisation: None, ..linear(120.0) };
     Verdict {
         schema_version: 1,
         scene: "cone-frustum".into(),
