@@ -88,8 +88,8 @@ fn every_command_line_does_what_it_did() {
     type_and_compare(1);
 }
 
-/// Types one command of `one_of`, compares what it prints with its snapshot, and holds that no snapshot is left
-/// over.
+/// Types one command of `one_of`, compares what it prints with its snapshot, and holds that no snapshot is
+/// left over.
 fn type_and_compare(one_of: usize) {
     let folder = sandbox();
     let mut settings = insta::Settings::clone_current();
