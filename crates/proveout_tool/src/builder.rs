@@ -67,6 +67,7 @@ impl ToolBuilder {
             edges: None,
             is_tap: false,
             thread: None,
+            stylus: None,
             residual: None,
         };
         Self { tool, cutter, neck: None, transition: None, shank_diameter: None, overall_length: None, holder: vec![] }
