@@ -20,6 +20,7 @@ use proveout_nc::{
 use proveout_tool::Tool;
 
 use self::pace::Pace;
+pub use self::probe::ProbeWay;
 use crate::{
     emit::{Emitter, PendingEntry, QueuedEntry, Scope},
     error::{ControlError, RunError},
@@ -147,6 +148,8 @@ pub struct Controller<'m, I> {
     /// under way is run any more.
     cut_short: Option<JointValues>,
     finished: bool,
+    /// A probing motion that waits for its answer.
+    asked: Option<Box<ProbeWay>>,
 }
 
 impl<'m, E, I> Controller<'m, I>
@@ -219,6 +222,7 @@ where
             ended: false,
             cut_short: None,
             finished: false,
+            asked: None,
         };
         if start_tool.is_some() {
             control.state.tool = start_tool;
@@ -495,8 +499,9 @@ where
             let event = Event::UnreachablePose { time: 0.0, block: index, pose: *pose, reason: reason.clone() };
             self.announce(event);
         }
-        if pace == Pace::Probe {
-            self.announce(Event::Probe { time: 0.0, block: index });
+        if let Pace::Probe { contact } = pace {
+            let spindle_turns = self.state.spindle.direction != SpindleDirection::Off;
+            self.announce(Event::Probe { time: 0.0, block: index, contact, spindle_turns });
         }
         if let Some(text) = &path.other_position {
             self.announce(Event::Note { time: 0.0, block: index, text: text.clone() });
@@ -515,7 +520,7 @@ where
             self.out.meter.tube.remap(&frame);
             self.mapping = mapping;
         }
-        let stops = exact_stop || pace == Pace::Probe || matches!(pace, Pace::Thread { stroke: true, .. });
+        let stops = exact_stop || matches!(pace, Pace::Probe { .. } | Pace::Thread { stroke: true, .. });
         let programmed: Option<Arc<ProgrammedMotion>> = path.programmed.map(Arc::from);
         let parts = path.parts.len();
         let mut last = index;

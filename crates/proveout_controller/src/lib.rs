@@ -132,7 +132,7 @@ mod tube;
 mod watch;
 
 pub use alternatives::{Alternatives, TwoAngles};
-pub use controller::Controller;
+pub use controller::{Controller, ProbeWay};
 pub use error::{ControlError, RunError};
 pub use output::{BlockKind, BlockRecord, Chunk, DriveSample, Event, FinerMotion, LimitKind, MoveKind, Piece, Sample};
 pub use program_runs::{ProgramBlock, ProgramRun, program_runs};

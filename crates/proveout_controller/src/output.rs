@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use proveout_geom::ToolPose;
 use proveout_machine::{JointValues, MAX_JOINTS};
-use proveout_nc::{Coolant, Location, Note, Overcut, SpindleDirection};
+use proveout_nc::{Contact, Coolant, Location, Note, Overcut, SpindleDirection};
 
 /// What a motion is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -275,12 +275,16 @@ pub enum Event {
         /// Why.
         reason: String,
     },
-    /// A probing motion, which runs to its end: what the probe finds, and where it stops, is not known.
+    /// A probing motion; where nothing is known of its contact, it runs to its programmed end.
     Probe {
         /// Start of the motion, s.
         time: f64,
         /// Index of the [`BlockRecord`].
         block: u32,
+        /// What is known of its end.
+        contact: Contact,
+        /// The spindle turns.
+        spindle_turns: bool,
     },
     /// Joint limits keep the feed of a whole block below a part of the programmed one.
     FeedReduced {

@@ -6,8 +6,8 @@ use crate::common::{Program, axes, bc_machine, motion, run, tool};
 use proveout_controller::{Controller, Dynamics, RunError, Settings};
 use proveout_machine::Machine;
 use proveout_nc::{
-    CompSide, CutterComp, Dwell, Feed, FrameChange, Motion, Offset, Op, OrientationInterpolation, Override, PathMode,
-    ProbeMotion, Retract, Spindle, SpindleDirection, SplineMotion, Tcp, ThreadMotion,
+    CompSide, Contact, CutterComp, Dwell, Feed, FrameChange, Motion, Offset, Op, OrientationInterpolation, Override,
+    PathMode, ProbeMotion, Retract, Spindle, SpindleDirection, SplineMotion, Tcp, ThreadMotion,
 };
 
 /// Code and line of the refusal; none for a program that runs.
@@ -64,7 +64,15 @@ fn what_is_not_a_number_is_refused_at_its_block() {
             ("arc's radius", arc([5.0, 0.0, 0.0], bad, 3.0)),
             ("arc's angle", arc([5.0, 0.0, 0.0], 5.0, bad)),
             ("spline", spline([[3.0, bad, 0.0], [6.0, 3.0, 0.0]])),
-            ("probe", Op::Probe(ProbeMotion { motion: at(&[('Z', bad)]), away: false, must_switch: true })),
+            (
+                "probe",
+                Op::Probe(ProbeMotion {
+                    motion: at(&[('Z', bad)]),
+                    away: false,
+                    must_switch: true,
+                    contact: Contact::Unknown,
+                }),
+            ),
             ("thread's end", Op::Thread(ThreadMotion { motion: at(&[('Z', bad)]), pitch: 1.0, direction: None })),
             ("pitch", Op::Thread(ThreadMotion { motion: at(&[('Z', -5.0)]), pitch: bad, direction: None })),
             ("retraction", Op::Retract(Retract { distance: Some(bad), rapid: true })),

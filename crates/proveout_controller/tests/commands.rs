@@ -5,7 +5,9 @@ use crate::common::{Program, Run, axes, bc_machine, motion, run, run_with, tool}
 use proveout_controller::{BlockKind, Event, RunError, Settings};
 use proveout_geom::{Point, Vector};
 use proveout_machine::Machine;
-use proveout_nc::{Feed, Op, Override, ProbeMotion, Retract, Spindle, SpindleDirection, SplineMotion, ThreadMotion};
+use proveout_nc::{
+    Contact, Feed, Op, Override, ProbeMotion, Retract, Spindle, SpindleDirection, SplineMotion, ThreadMotion,
+};
 
 fn spindle(direction: SpindleDirection, rpm: f64) -> Op {
     Op::Spindle(Spindle { direction, speed_rpm: Some(rpm) })
@@ -250,7 +252,8 @@ fn a_spline_with_a_cusp_is_refused() {
 #[test]
 fn a_probe_runs_to_its_end_stops_and_is_reported() {
     let machine = bc_machine();
-    let probe = ProbeMotion { motion: motion(&[('Z', -5.0)]), away: false, must_switch: true };
+    let probe =
+        ProbeMotion { motion: motion(&[('Z', -5.0)]), away: false, must_switch: true, contact: Contact::Unknown };
     let program = Program::default().feed(10.0).op(Op::Probe(probe)).g1(&[('X', 8.0)]);
     let out = run(&program, &machine);
     let probes: Vec<_> = out.all.events.iter().filter(|e| matches!(e, Event::Probe { .. })).collect();
@@ -265,6 +268,7 @@ fn a_probe_runs_to_its_end_stops_and_is_reported() {
         motion: motion(&[('Z', -5.0)]),
         away: false,
         must_switch: true,
+        contact: Contact::Unknown,
     }));
     assert_eq!(refusal(&no_feed, &machine), Some(("control-feed", 1)));
 }

@@ -16,11 +16,13 @@
 //! | `angle.rs`, `pose.rs`, `tool_pose.rs` | exact right angles; rigid poses; tool tip with tool axis |
 //! | `aabb.rs`, `cell_map.rs` | boxes; hash maps over the cells of a grid |
 //! | `mesh.rs`, `primitives.rs` | triangle meshes; boxes, cylinders, bodies of revolution as meshes |
+//! | `ball_way.rs` | where a ball on a straight way touches a mesh |
 //! | `crossing.rs`, `overlap.rs` | where a mesh crosses itself; where its faces lie in each other |
 //! | `mesh_file/` | readers and writers: STL, OBJ, glTF binary |
 
 mod aabb;
 mod angle;
+mod ball_way;
 mod cell_map;
 mod crossing;
 mod mesh;
@@ -32,6 +34,7 @@ mod tool_pose;
 
 pub use aabb::Aabb;
 pub use angle::{deg, rad, sin_cos, wrap_near};
+pub use ball_way::{BallTouch, BallWay};
 pub use cell_map::{CellHasher, CellMap};
 pub use crossing::Crossing;
 pub use mesh::{MeshError, TriMesh};

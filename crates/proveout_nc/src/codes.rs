@@ -56,6 +56,8 @@ codes! {
         "Switch the five-axis transformation on, and give a vector with a length.";
     POSITION_UNKNOWN = "nc-position-unknown", "A motion needs a coordinate that the program has not set.",
         "Program X, Y and Z in the first block after machine coordinates, a tool change or a transformation.";
+    PROBE = "nc-probe", "A probing motion cannot be made, or its result is not known.",
+        "Begin clear of the part, let the motion end behind the surface, and read the result after the motion.";
     PROGRAM_ALARM = "nc-program-alarm", "The program itself raises an alarm.",
         "Find out which condition of the program is not met.";
     STRUCTURE = "nc-structure", "Opening and closing words of a control structure do not match.",

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::Overcut;
+use crate::{Contact, Overcut};
 
 /// The axis letters that a program can address, in the order of [`AxisValues`].
 pub const AXIS_LETTERS: [char; 9] = ['X', 'Y', 'Z', 'A', 'B', 'C', 'U', 'V', 'W'];
@@ -313,16 +313,18 @@ pub struct SplineMotion {
     pub control_base: [[f64; 3]; 2],
 }
 
-/// Motion towards a probed surface. What the probe finds is not known to the reader: the twin runs to the end
-/// and says so.
+/// Motion towards a probed surface. Where no answer is known ([`crate::TouchList`]) it runs to its end, and the
+/// twin says so.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProbeMotion {
-    /// Farthest point.
+    /// To the farthest point; where the probe has switched, to the place where it did.
     pub motion: Motion,
     /// True where the motion leaves the surface (`G38.4`, `G38.5`).
     pub away: bool,
     /// True where a miss is an error of the control (`G38.2`, `G38.4`, `G31` of most controls).
     pub must_switch: bool,
+    /// What is known of its end.
+    pub contact: Contact,
 }
 
 /// Motion of which the path runs in proportion to the angle of the spindle.

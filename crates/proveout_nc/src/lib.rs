@@ -43,6 +43,7 @@
 //! | `json/` | commands as JSON lines |
 //! | `post/` | commands to text, one file a language |
 //! | `command.rs`, `g_code.rs` | the commands; G words by number |
+//! | `probing.rs` | what probing motions have found |
 //! | `program.rs`, `survey.rs`, `not_run.rs`, `tally.rs` | a program as commands, and as a whole |
 //! | `codes.rs`, `diagnostic.rs` | codes and texts of faults |
 //! | `settings.rs`, `machine_data.rs` | what the reader knows besides the text |
@@ -73,6 +74,7 @@ mod optional_stop;
 mod overcut;
 pub mod post;
 
+mod probing;
 mod program;
 mod scan;
 mod settings;
@@ -94,6 +96,7 @@ pub use machine_data::{Kinematics, ReferencePoints};
 pub use not_run::{NotRun, NotRunKind, Weight};
 pub use optional_stop::OptionalStop;
 pub use overcut::{Overcut, OvercutKind, OvercutWeight};
+pub use probing::{Contact, Met, Touch, TouchList};
 pub use program::{CommandSource, Program, check, check_text};
 pub use settings::{Compensation, Dialect, Limits, Settings, ToolRadii, WorkOffset};
 pub use source::ProgramText;

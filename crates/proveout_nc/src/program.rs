@@ -154,6 +154,11 @@ impl Program {
         self.commands.reader().not_run()
     }
 
+    /// The run has ended at a probing motion whose answer is not in the list ([`Settings::touches`]).
+    pub fn waits_for_probe(&self) -> bool {
+        self.commands.reader().waits_for_probe()
+    }
+
     /// The dialect that is read.
     pub fn dialect(&self) -> Dialect {
         self.dialect

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::control::{ArcTolerance, Control, WholeNumbers};
-use crate::{AxisValues, Kinematics, OptionalStop, OrientationInterpolation, ReferencePoints, ToolName};
+use crate::{AxisValues, Kinematics, OptionalStop, OrientationInterpolation, ReferencePoints, ToolName, TouchList};
 
 /// A language.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Deserialize, JsonSchema)]
@@ -210,6 +210,9 @@ pub struct Settings {
     /// Why a call of a subprogram that is not there is left out; what it does is then not proven. None: it is
     /// refused.
     pub missing_subprogram: Option<String>,
+    /// What the probing motions find, in their order: the run stops at the first one without an answer. None:
+    /// they run to their ends, and what they find is not known.
+    pub touches: Option<TouchList>,
     /// Limits of loops, calls and memory.
     pub limits: Limits,
 }
@@ -264,6 +267,7 @@ impl Settings {
             compensation: Compensation::Programmed,
             reference_points: None,
             kinematics: None,
+            touches: None,
         }
     }
 }

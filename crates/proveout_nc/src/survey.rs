@@ -49,6 +49,8 @@ pub struct Survey {
     pub assumptions: Vec<Remark>,
     /// Words without effect and other notes, each text once, in the order of the run.
     pub notes: Vec<Remark>,
+    /// The run has ended at a probing motion that waits for its answer ([`Settings::touches`]).
+    pub waits_for_probe: bool,
     /// Texts that were read, by the names under which they were opened: the main program first, then called
     /// ones.
     pub files: Vec<Arc<str>>,
@@ -129,7 +131,8 @@ impl Survey {
             (file, line, text.to_owned())
         });
         survey.subprogram = program.is_subprogram();
-        if list.all.is_empty() {
+        survey.waits_for_probe = program.waits_for_probe();
+        if list.all.is_empty() && !survey.waits_for_probe {
             survey.not_run = program.not_run();
         }
         let compensated = matches!(program.settings().compensation, Compensation::ToolCenter(_));
@@ -197,7 +200,7 @@ impl Survey {
     }
 
     fn defects_of(&self, counts: impl Fn(&NotRun) -> bool) -> Vec<Diagnostic> {
-        if !self.faults.is_empty() {
+        if !self.faults.is_empty() || self.waits_for_probe {
             return Vec::new();
         }
         let mut list = Vec::new();

@@ -25,6 +25,7 @@ mod milling_cycles;
 mod post_cases;
 mod posts;
 mod posts_read_again;
+mod probing;
 mod properties;
 mod recovery;
 mod rs274;

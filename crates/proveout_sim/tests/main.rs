@@ -8,5 +8,6 @@ mod li_2022_bad_input;
 mod loose_parts;
 mod next_setup;
 mod patches;
+mod probing;
 mod rescheduling_interface;
 mod roughness_maps;

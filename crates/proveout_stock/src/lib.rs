@@ -26,6 +26,7 @@
 //! * [`TileTree`] – boxes round the material, so that what is near is found without looking at every ray.
 //! * [`BetweenRays`] – whether a body meets material that no ray sees.
 //! * [`Volume`] – how much material there is and how much has gone, so that both add up.
+//! * [`TriDexel::stylus_touch`] – where the ball of a stylus touches.
 //! * [`Probe`] – sections, nearest points, walls; [`TriDexel::thickness_along`] on the rays themselves.
 //!
 //! ```
@@ -128,6 +129,7 @@ pub use persist::patch::{Patch, PatchError, PatchPlan, patched_intervals};
 pub use persist::share::{ShareLog, ShareReplay};
 pub use persist::sweep_log::{BeforeSweep, SweepLog, SweepReplay};
 pub use persist::take_part::TakenPart;
+pub use query::ball_touch::StylusTouch;
 pub use query::bands::MeshBand;
 pub use query::coherence::Coherence;
 pub use query::moments::Moments;

@@ -75,6 +75,8 @@ pub struct Tool {
     pub is_thread_mill: bool,
     /// The thread that a tap cuts, where its pitch is known.
     pub thread: Option<Thread>,
+    /// A touch probe: radius of the ball of its stylus, mm. None of its bodies cuts.
+    pub stylus: Option<f64>,
     /// What it adds to the roughness of its motion, where that is known.
     pub residual: Option<Residual>,
 }

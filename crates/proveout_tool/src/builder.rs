@@ -68,6 +68,7 @@ impl ToolBuilder {
             is_tap: false,
             is_thread_mill: false,
             thread: None,
+            stylus: None,
             residual: None,
         };
         Self { tool, cutter, neck: None, transition: None, shank_diameter: None, overall_length: None, holder: vec![] }

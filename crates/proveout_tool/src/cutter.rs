@@ -104,6 +104,21 @@ impl Cutter {
         Ok(Self::continuing(ToolOutline::start(0.0).arc([0.0, r], [r, r])))
     }
 
+    /// Ball of a stylus, up to where its stem comes out of it.
+    ///
+    /// # Errors
+    /// A diameter that is not above zero, or a stem that is as thick as the ball.
+    pub fn stylus(diameter: f64, stem_diameter: f64) -> Result<Self, ShapeError> {
+        let r = 0.5 * length("diameter_mm", diameter)?;
+        let stem = 0.5 * length("neck_diameter_mm", stem_diameter)?;
+        if stem >= r - JOIN_MM {
+            let limit = format!("must be below {diameter} mm, the diameter of the ball");
+            return refuse("neck_diameter_mm", stem_diameter, limit);
+        }
+        let outline = ToolOutline::start(0.0).arc([0.0, r], [stem, r + (r * r - stem * stem).sqrt()]);
+        Ok(Self { outline, continues: false })
+    }
+
     /// Flat end mill with a sharp corner.
     ///
     /// # Errors

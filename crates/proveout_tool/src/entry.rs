@@ -9,7 +9,7 @@ use crate::library_file::{CutterKind, Hand, LibraryFile, ToolEntry};
 use crate::profile::ON_CIRCLE_MM;
 use crate::residual::residual_of;
 use crate::{HolderSection, ToolBuilder};
-use crate::{ProfileError, Segment, Thread, Tool};
+use crate::{ProfileError, Role, Segment, Thread, Tool};
 
 /// Fastest spindle that is believed, 1/min.
 const FASTEST_RPM: f64 = 1e6;
@@ -69,7 +69,7 @@ fn required<'a>(keys: &[&'a str]) -> Vec<&'a str> {
 }
 
 /// The shape keys that each kind needs, but for an optional one; it may have no others.
-const KINDS: [(CutterKind, &str, &[&str]); 14] = [
+const KINDS: [(CutterKind, &str, &[&str]); 15] = [
     (CutterKind::Ball, "ball", &["diameter_mm"]),
     (CutterKind::Flat, "flat", &["diameter_mm"]),
     (CutterKind::BullNose, "bull_nose", &["diameter_mm", "corner_radius_mm"]),
@@ -82,6 +82,7 @@ const KINDS: [(CutterKind, &str, &[&str]); 14] = [
     (CutterKind::Chamfer, "chamfer", &["diameter_mm", "point_angle_deg", "tip_diameter_mm"]),
     (CutterKind::FaceMill, "face_mill", &["diameter_mm", "corner_radius_mm", "entering_angle_deg"]),
     (CutterKind::Tap, "tap", &["diameter_mm", "pitch_mm"]),
+    (CutterKind::Probe, "probe", &["diameter_mm"]),
     (
         CutterKind::Apt,
         "apt",
@@ -154,7 +155,14 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
     }
     let get = |key: &str| shape_value(e, key).unwrap_or(f64::NAN);
     let diameter = get("diameter_mm");
-    let fixed_height = matches!(e.kind, CutterKind::Apt | CutterKind::Profile);
+    let fixed_height = matches!(e.kind, CutterKind::Apt | CutterKind::Profile | CutterKind::Probe);
+    let is_probe = e.kind == CutterKind::Probe;
+    if is_probe && let Some(flute) = e.flute_length_mm {
+        return refuse("flute_length_mm", flute, "is not for kind \"probe\", which has no flutes");
+    }
+    if is_probe && e.neck_diameter_mm.is_none() {
+        return refuse("neck_diameter_mm", f64::NAN, "is missing: it is the stem of the stylus of kind \"probe\"");
+    }
     if e.flute_length_mm.is_none() && !fixed_height {
         return refuse("flute_length_mm", f64::NAN, format!("is missing: kind \"{word}\" needs it"));
     }
@@ -180,6 +188,7 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
             upper_angle_deg: get("upper_angle_deg"),
             height: get("cutter_height_mm"),
         }),
+        CutterKind::Probe => Cutter::stylus(diameter, e.neck_diameter_mm.unwrap_or(f64::NAN)),
         CutterKind::Profile => Cutter::profile(&segments_of(e)?),
     }?;
     let flute = e.flute_length_mm.unwrap_or_else(|| cutter.height());
@@ -273,6 +282,10 @@ pub(crate) fn tool_of(e: &ToolEntry) -> Result<Tool, ShapeError> {
         return refuse("thread_mill", f64::NAN, "is for kind \"flat\": the cylinder around the teeth of a thread mill");
     }
     (tool.is_tap, tool.is_thread_mill, tool.thread) = (is_tap, e.thread_mill, thread);
+    if is_probe {
+        tool.bodies.iter_mut().filter(|b| b.role == Role::Cutting).for_each(|b| b.role = Role::Neck);
+        tool.stylus = Some(0.5 * diameter);
+    }
     tool.residual = e.residual.as_ref().map(residual_of).transpose()?;
     tool.edges = e.edges.as_ref().map(|edges| edges_of(edges, &tool)).transpose()?;
     Ok(tool)

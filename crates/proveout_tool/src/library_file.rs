@@ -62,6 +62,8 @@ pub(crate) enum CutterKind {
     FaceMill,
     /// Tap: the cylinder round its teeth, and the pitch of the thread that it cuts, where it is known.
     Tap,
+    /// Touch probe: the ball of its stylus, with the stem as neck. It touches and never cuts.
+    Probe,
     /// Seven parameters of the APT cutter statement: D R E F alpha beta H.
     Apt,
     /// Lines and convex arcs.

@@ -1,6 +1,6 @@
 //! What paces a motion, and the motions that the programmed feed paces: splines and retraction.
 
-use proveout_nc::{Command, Location, Override, Retract, SplineMotion};
+use proveout_nc::{Command, Contact, Location, Override, Retract, SplineMotion};
 
 use super::Controller;
 use crate::{error::ControlError, output::MoveKind};
@@ -12,7 +12,10 @@ pub(super) enum Pace {
     /// Feed of the program with its override.
     Feed,
     /// Like feed, and ends with a stop and the event of a probe.
-    Probe,
+    Probe {
+        /// What is known of its end.
+        contact: Contact,
+    },
     /// Coupled to the spindle: this feed, mm/s, exactly.
     Thread {
         feed: f64,

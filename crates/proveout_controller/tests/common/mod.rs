@@ -67,6 +67,7 @@ pub(crate) fn tool(number: u32, gauge_length: f64) -> Tool {
         has_holder: false,
         edges: None,
         thread: None,
+        stylus: None,
         residual: None,
     }
 }

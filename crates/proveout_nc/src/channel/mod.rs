@@ -8,9 +8,9 @@
 //!
 //! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands
 //! with the place of their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses
-//! of holes ([`holes`]) and pockets ([`milling`]), motions that wait for the next one ([`corners`]), what is
-//! known of faults ([`recover`], [`doubt`]), how often the program has jumped back ([`passes`]), and which
-//! lines have run ([`coverage`]). Formulas of all languages are one tree ([`expression`]) with one parser
+//! of holes ([`holes`]) and pockets ([`milling`]), motions that wait for the next one ([`corners`]) or for the
+//! answer of a probe ([`probing`]), what is known of faults ([`recover`], [`doubt`]), how often the program
+//! has jumped back ([`passes`]), and which lines have run ([`coverage`]). Formulas of all languages are one tree ([`expression`]) with one parser
 //! ([`formula`]); [`listed`] does what a control file says. A language is a type with [`Language`]: it says
 //! how one block is read and executed, and keeps in [`Channel::own`] what no other language has. Everything
 //! is resolved when it is compiled; nothing is boxed for a block.
@@ -27,6 +27,7 @@ pub(crate) mod milling;
 mod motion;
 pub(crate) mod parameters;
 pub(crate) mod passes;
+pub(crate) mod probing;
 mod recover;
 pub(crate) mod shape;
 mod technology;
@@ -175,6 +176,7 @@ pub(crate) struct Channel<L: Language> {
     pub(crate) recovery: Recovery<L::Index>,
     pub(crate) coverage: Coverage,
     pub(crate) passes: Passes,
+    pub(crate) probing: probing::Probing,
     /// Blocks so far.
     blocks: u64,
     pub(crate) variables: L::Variables,
@@ -230,6 +232,7 @@ impl<L: Language> Channel<L> {
             recovery: Recovery::default(),
             coverage: Coverage::default(),
             passes: Passes::default(),
+            probing: probing::Probing::new(),
             blocks: 0,
             variables,
             modal,
@@ -321,6 +324,12 @@ impl<L: Language> Reader for Channel<L> {
             if let Some(failure) = self.failure.take() {
                 return Some(Err(failure));
             }
+            if self.probing.is_asked() {
+                if self.answered() {
+                    continue;
+                }
+                return None;
+            }
             if self.done {
                 return None;
             }
@@ -364,5 +373,9 @@ impl<L: Language> Reader for Channel<L> {
 
     fn is_subprogram(&self) -> bool {
         L::is_subprogram(self)
+    }
+
+    fn waits_for_probe(&self) -> bool {
+        self.probing.waits
     }
 }

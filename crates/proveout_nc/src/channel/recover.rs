@@ -92,7 +92,9 @@ impl<L: Language> Channel<L> {
             return answer;
         }
         let Some(failed) = self.recovery.failed.take() else { return !self.done };
-        if self.stack.is_empty() || matches!(failed.code, codes::NESTING_LIMIT | codes::PROGRAM_ALARM) {
+        let alarm = matches!(failed.code, codes::NESTING_LIMIT | codes::PROGRAM_ALARM)
+            || failed.code == codes::PROBE && self.settings.touches.is_some();
+        if self.stack.is_empty() || alarm {
             return false;
         }
         self.done = false;

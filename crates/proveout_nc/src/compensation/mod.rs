@@ -252,6 +252,7 @@ impl CompensatedReader {
                 return None;
             }
             let result = match self.reader.next_command() {
+                None if self.reader.waits_for_probe() => return None,
                 None => {
                     self.finished = true;
                     self.settle(None).map(|_| ())

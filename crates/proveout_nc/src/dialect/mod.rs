@@ -71,6 +71,11 @@ pub(crate) trait Reader: Debug {
     fn is_subprogram(&self) -> bool {
         false
     }
+
+    /// The run has ended at a probing motion whose answer is not known.
+    fn waits_for_probe(&self) -> bool {
+        false
+    }
 }
 
 /// The reader of a program. `folder`: where the main program lies, if it is a file. `dialect` is not

@@ -27,7 +27,7 @@ use text::JsonText;
 /// - `arc`: also `plane` (`XY`, `ZX`, `YZ`, null for a circle in space), `center`, `normal`, `center_base`,
 ///   `normal_base`, `turns` (sweep over a full turn), `radius`
 /// - `spline`: as motions; also `control`, `control_base`: the two inner points of a cubic Bezier curve
-/// - `probe`: as motions; also `away`, `must_switch`
+/// - `probe`: as motions; also `away`, `must_switch`; with known answers `contact` (`touched`, `missed`)
 /// - `thread`: as motions; also `pitch_mm`, and `direction` where the cycle sets it
 /// - `retract`: `distance_mm`, null for the end of the traverse; `rapid`
 /// - `cutter_comp`: `side`: `off`, `left`, `right`; `offset`, `radius_mm`, null where not known

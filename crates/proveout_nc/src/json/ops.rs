@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use super::text::JsonText;
 use crate::{
-    AXIS_LETTERS, ArcMotion, AxisValues, CompSide, Dwell, Feed, FrameChange, Motion, Offset, Op,
+    AXIS_LETTERS, ArcMotion, AxisValues, CompSide, Contact, Dwell, Feed, FrameChange, Motion, Offset, Op,
     OrientationInterpolation, Overcut, PathMode, RotarySolution, SpindleDirection, ToolAction, ToolName,
 };
 
@@ -38,6 +38,9 @@ pub(super) fn fill(text: &mut JsonText, op: &Op) {
             put_motion(text, "probe", &probe.motion);
             text.put_flag("away", probe.away);
             text.put_flag("must_switch", probe.must_switch);
+            if let Some(contact) = contact_word(probe.contact) {
+                text.put_string("contact", contact);
+            }
         }
         Op::Thread(thread) => {
             put_motion(text, "thread", &thread.motion);
@@ -284,4 +287,14 @@ fn put_overcut(text: &mut JsonText, overcut: &Overcut) {
     text.put_string("contour_file", &overcut.contour_file);
     text.put_whole("contour_line", overcut.contour_line);
     text.put_whole("blocks", overcut.blocks);
+}
+
+/// What is known of the end of a probing motion; none where nothing is.
+fn contact_word(contact: Contact) -> Option<&'static str> {
+    match contact {
+        Contact::Unknown => None,
+        Contact::Asked => Some("asked"),
+        Contact::Touched => Some("touched"),
+        Contact::Missed => Some("missed"),
+    }
 }

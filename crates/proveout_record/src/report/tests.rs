@@ -106,6 +106,7 @@ pub(crate) fn verdict(message: &str) -> Verdict {
             measured_mm: Some(10.002),
             tolerance_mm: 0.01,
         }],
+        probing: Vec::new(),
     }
 }
 

@@ -516,5 +516,6 @@ pub(crate) fn verdict(total: f64, removed: f64, message: &str) -> Verdict {
             Inspected { name: "wall".into(), nominal_mm: 31.0, measured_mm: Some(31.031), tolerance_mm: 0.02 },
             Inspected { name: "bore".into(), nominal_mm: 12.0, measured_mm: None, tolerance_mm: 0.02 },
         ],
+        probing: Vec::new(),
     }
 }

@@ -7,12 +7,14 @@
 //! | a tool axis that leaves its great circle | [`OFF_CIRCLE`], [`POLE_CROSSED`] | `limits` |
 //! | a place where the compensated path enters its contour | [`contour_overcut`] | `gouge` |
 //! | the program cannot go on | [`STOPPED`] | `program` |
-//! | a probing motion | [`PROBED`] | none; `process` leaves it out |
+//! | a probing motion whose result is not known | [`PROBED`] | none; `process` leaves it out |
+//! | a probing motion while the spindle turns | [`PROBE_SPINDLE`] | `process` |
 //! | a word without effect | [`NOTE`] | none |
 //! | a word with an assumed meaning | [`ASSUMED`] | none; `program` leaves it out |
 
 use proveout_controller::Event;
 use proveout_machine::Machine;
+use proveout_nc::Contact;
 
 use crate::{
     checks::{
@@ -20,7 +22,7 @@ use crate::{
         contour_overcut, joint_limits,
     },
     verdict::{
-        finding::{ASSUMED, Finding, NOTE, OFF_CIRCLE, POLE_CROSSED, PROBED, STOPPED, UNREACHABLE},
+        finding::{ASSUMED, Finding, NOTE, OFF_CIRCLE, POLE_CROSSED, PROBE_SPINDLE, PROBED, STOPPED, UNREACHABLE},
         log::FindingLog,
     },
 };
@@ -72,6 +74,12 @@ fn finding(event: &Event, machine: &Machine) -> Option<Finding> {
             let mut f = FindingLog::of(&STOPPED, reason.clone());
             (f.file, f.line) = (Some(location.file.to_string()), Some(location.line));
             f
+        }
+        Event::Probe { contact: Contact::Touched | Contact::Missed, spindle_turns, .. } => {
+            if !spindle_turns {
+                return None;
+            }
+            FindingLog::of(&PROBE_SPINDLE, "the spindle turns while the probe measures: write M5 before it".into())
         }
         Event::Probe { .. } => {
             FindingLog::of(&PROBED, "the probing motion is run to its end: the probe result is not known".into())

@@ -162,6 +162,7 @@ pub(crate) fn judge(
         clearance: facts.clearance.clone(),
         tools: facts.tools.clone(),
         inspection,
+        probing: prepared.probed.clone(),
     };
     Ok((verdict, surveyed))
 }

@@ -16,6 +16,7 @@ use crate::{
         preview::Wanted, raw_stock::RawStock, texture_plan::Plan,
     },
     scene::{Scene, joint_limits::ChangedLimit},
+    verdict::verdict_file::Probed,
 };
 
 /// A program on its scene, ready to run.
@@ -95,7 +96,9 @@ pub struct Prepared {
     /// Result of reading the program to its end: no fault, and the text that its run does not
     /// reach.
     pub survey: Survey,
-    /// Wall time of reading, s.
+    /// What the probing motions of the program have met.
+    pub(crate) probed: Vec<Probed>,
+    /// Wall time of reading, and of measuring what the program probes, s.
     pub read_time: f64,
 }
 

@@ -8,7 +8,7 @@ use std::{
 };
 
 use proveout_input::{InputError, read_input};
-use proveout_nc::{Look, Op, ProgramText, Survey};
+use proveout_nc::{Look, Op, ProgramText, Survey, TouchList};
 
 use crate::{
     evidence::{digest, inputs::Inputs, manifest},
@@ -29,6 +29,7 @@ use crate::{
         texture_plan::Plan,
         tools_and_holders::{check_start_tool, clamp_out, holder_zones},
     },
+    run::probing,
     scene::{ProgramFile, Scene, joint_limits::limit_joints, mesh_unit, stock::resolution_fault},
 };
 
@@ -49,6 +50,25 @@ impl Prepared {
         scene_path: &Path,
         choice: &Choice,
         announce: &mut dyn FnMut(&Memory),
+    ) -> Result<Self, SimError> {
+        let start = Instant::now();
+        // On a stand-in for the stock nothing can be measured.
+        let touches = (choice.stock != StockChoice::StandIn).then(TouchList::default);
+        let prepared = Self::read_once(scene_path, choice, announce, touches)?;
+        if !prepared.survey.waits_for_probe {
+            return Ok(prepared);
+        }
+        let (touches, probed) = probing::measure(prepared)?;
+        let prepared = Self::read_once(scene_path, choice, &mut |_| (), Some(touches))?;
+        Ok(Self { probed, read_time: start.elapsed().as_secs_f64(), ..prepared })
+    }
+
+    /// The same with what is known of the probing motions; the program is read to the first one that is not.
+    fn read_once(
+        scene_path: &Path,
+        choice: &Choice,
+        announce: &mut dyn FnMut(&Memory),
+        touches: Option<TouchList>,
     ) -> Result<Self, SimError> {
         let start = Instant::now();
         let mut scene = set_values::scene(scene_path, &choice.set)?;
@@ -89,6 +109,7 @@ impl Prepared {
         let (mut nc_settings, control_note) =
             Self::running_settings(&scene, entry, &tools, &machine, &program_path, choice.nc.is_some())?;
         choice.reading.unwrap_or_default().apply(&mut nc_settings);
+        nc_settings.touches = touches;
         let other_readings = calls_of_other_readings(entry, choice);
         // All that the program names is there, before stock or motion take their time.
         let place = scene.path.display().to_string();
@@ -206,8 +227,12 @@ impl Prepared {
             shown,
             scene,
             survey,
+            probed: Vec::new(),
             read_time: start.elapsed().as_secs_f64(),
         };
+        if prepared.survey.waits_for_probe {
+            return Ok(prepared);
+        }
         check_line(&prepared)?;
         if choice.stock == StockChoice::OfScene && mesh_unit::is_stock_in_doubt(&prepared.scene) {
             mesh_unit::check_stock(

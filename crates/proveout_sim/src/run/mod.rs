@@ -9,6 +9,7 @@
 //! | `motion_plan.rs` | the control of a run, and its motion in stretches |
 //! | `overhang.rs` | the least stickout of each tool |
 //! | `partial.rs` | `--preview` and `--stop-at` |
+//! | `probing.rs` | what the probing motions of a program find, on the stock of their moment |
 //! | `readings.rs` | block skip and optional stop, both ways |
 //! | `shards/` | one run on several machines |
 //! | `show_mesh.rs` | the surface of the cut part for the observers |
@@ -19,6 +20,7 @@ pub mod measure;
 pub(crate) mod motion_plan;
 pub mod overhang;
 pub mod partial;
+pub(crate) mod probing;
 pub(crate) mod readings;
 pub mod shards;
 pub(crate) mod show_mesh;

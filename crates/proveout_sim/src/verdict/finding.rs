@@ -221,6 +221,7 @@ codes! {
     TAP_PITCH = "process-tap-pitch", Process, Error, fails Process, limit Tool, "Feed per revolution does not match the tap's pitch.";
     NO_TOOL = "process-no-tool", Process, Error, fails Process, "Feed motion without a tool in the spindle.";
     PROBED = "process-probed", Process, Warning, "A probing motion is run to its end: the probe result is not known.";
+    PROBE_SPINDLE = "process-probe-spindle", Process, Error, fails Process, "The spindle turns while the probe measures.";
     NECK_RUBS = "process-neck-rubs", Process, Error, fails Process, "The neck above the flutes meets material.";
     SHANK_RUBS = "process-shank-rubs", Process, Error, fails Process, "The shank meets material.";
     LOOSE_PART = "process-loose-part", Process, Warning, "A part of the stock is cut off.";

@@ -23,7 +23,7 @@ pub(crate) mod verdict_file;
 pub use self::gate::{Gate, PerGate};
 pub use self::verdict_file::{
     AnalyticUsed, Axis, AxisUnit, BlockShare, Clearance, Deviation, GateVerdict, Inspected, MachineUsed, PairClearance,
-    Partial, PatchUsed, Path, PhaseSpread, PreviewUsed, ProfileUsed, Removal, ResidualUsed, SCHEMA_VERSION, Scallop,
-    ScallopBar, ScallopHeights, ScallopPass, ScallopPatch, ScallopRegion, Spread, State, Stopped, Surface, TextureUsed,
-    Time, ToolUse, UncheckedPair, Verdict,
+    Partial, PatchUsed, Path, PhaseSpread, PreviewUsed, Probed, ProfileUsed, Removal, ResidualUsed, SCHEMA_VERSION,
+    Scallop, ScallopBar, ScallopHeights, ScallopPass, ScallopPatch, ScallopRegion, Spread, State, Stopped, Surface,
+    TextureUsed, Time, ToolUse, UncheckedPair, Verdict,
 };

@@ -113,6 +113,34 @@ pub struct Verdict {
     pub tools: Vec<ToolUse>,
     /// Features measured on the cut part by the scene's inspection plan.
     pub inspection: Vec<Inspected>,
+    /// What the probing motions of the program have met, in their order; empty where it does not probe with a
+    /// tool of kind `probe`.
+    #[serde(default)]
+    pub probing: Vec<Probed>,
+}
+
+/// One probing motion of the program with what is true of it. All in the workpiece frame.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Probed {
+    /// Program file as given.
+    pub file: String,
+    /// Line, from 1.
+    pub line: u32,
+    /// Tool in the spindle; null for an empty one.
+    pub tool: Option<String>,
+    /// Diameter of the ball of the stylus, mm; null where the tool is no probe: what it finds is then not known.
+    pub ball_diameter_mm: Option<f64>,
+    /// What was touched: `stock` or the name of a fixture; null where nothing was, and for a motion that leaves a
+    /// surface.
+    pub met: Option<String>,
+    /// Center of the ball where the motion has ended, mm.
+    pub center_mm: Option<[f64; 3]>,
+    /// Place that was touched, mm.
+    pub point_mm: Option<[f64; 3]>,
+    /// Outward unit normal there.
+    pub normal: Option<[f64; 3]>,
+    /// The true touch is within this of `center_mm` along the normal, mm.
+    pub bound_mm: Option<f64>,
 }
 
 /// The machine of a run.

@@ -1,5 +1,6 @@
 //! What is read off a stock: surface, rows, sections, distances, parts.
 
+pub(crate) mod ball_touch;
 pub(crate) mod bands;
 pub(crate) mod coherence;
 pub(crate) mod mesh_error;

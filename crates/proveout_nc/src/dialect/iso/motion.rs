@@ -7,13 +7,14 @@ use super::pending::{AXES, Pending};
 use super::run_state::Interpreter;
 use super::technology::LINEAR;
 use super::words::Group;
+use crate::channel::probing::ProbeKind;
 use crate::channel::{finite, unknown_axes};
 use crate::codes;
 use crate::control::WholeNumbers;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::{self, Frame};
 use crate::g_code::*;
-use crate::{AxisValues, Motion, Op, ProbeMotion, SpindleDirection, SplineMotion};
+use crate::{AxisValues, CompSide, Motion, Op, SpindleDirection, SplineMotion};
 
 /// Most repetitions of the motion of a block.
 const MOST_REPEATS: f64 = 9999.0;
@@ -409,6 +410,10 @@ impl Interpreter {
 
     /// G31, G38.2 to G38.5.
     pub(crate) fn probe(&mut self, p: &mut Pending, code: GCode, span: Span) -> Result<(), Fault> {
+        if self.modal.comp != CompSide::Off && self.settings.touches.is_some() {
+            let message = format!("{code} probes while cutter compensation is on, which the control refuses");
+            return Err(Fault::new(codes::PROBE, span, message).help("write G40 before it"));
+        }
         let (end, programmed) = self.targets(p, span)?;
         // Haas: M79 makes a miss an alarm.
         let must_switch = matches!(code, G38_2 | G38_4) || p.has_m(79);
@@ -422,10 +427,8 @@ impl Interpreter {
             }
         }
         let motion = self.complete(end, programmed, false, span)?;
-        self.position.move_to(motion.end, motion.end_base);
-        self.begin_motion();
-        self.emit(Op::Probe(ProbeMotion { motion, away: matches!(code, G38_4 | G38_5), must_switch }));
-        Ok(())
+        let kind = ProbeKind { away: matches!(code, G38_4 | G38_5), must_switch, runs_on: false };
+        self.go_probe(motion, kind, &code.to_string(), span)
     }
 
     /// G5 X Y I J P Q: cubic, I J from the start, P Q from the end. G5.1 X Y I J: quadratic, raised to cubic.

@@ -5,6 +5,7 @@ use super::flavor::Flavor;
 use super::length::OffsetColumn;
 use super::modal::{FeedMode, Length};
 use super::run_state::Interpreter;
+use crate::channel::probing::Reading;
 use crate::codes;
 use crate::diagnostic::{Fault, Span};
 use crate::frame::Frame;
@@ -56,6 +57,17 @@ impl Interpreter {
         // The machine coordinate of Z contains the tool length, which the reader does not know.
         let readable = !machine || !self.modal.in_table() && axis != self.modal.normal || (3..6).contains(&axis);
         values.get(axis).filter(|_| readable).map(|v| self.shown(axis, v)).ok_or_else(unknown)
+    }
+
+    /// Where the last probing motion has ended, in work coordinates of that motion.
+    fn skip_value(&self, axis: usize, name: &str, word: &str, span: Span) -> Result<f64, Fault> {
+        match &self.probing.reading {
+            Reading::At { work, .. } => work.get(axis).map(|v| self.shown(axis, v)).ok_or_else(|| {
+                let message = format!("{name} is not known: the program has not set the axis before it probed");
+                Fault::new(codes::POSITION_UNKNOWN, span, message).help("program the axis before the probing motion")
+            }),
+            _ => Err(self.not_measured(name, word, span)),
+        }
     }
 
     /// Number of the word of the work offset: 55 of G55, 54.1 of G54.1 P1.
@@ -124,6 +136,7 @@ impl Interpreter {
             },
             5001..=5003 | 5041..=5043 => self.position_value((number as usize - 1) % 20 % 10, false, &name, span)?,
             5021..=5023 => self.position_value(number as usize - 5021, true, &name, span)?,
+            5061..=5069 => self.skip_value(number as usize - 5061, &name, "G31", span)?,
             5201..=5203 => self.shown(0, shift[number as usize - 5201]),
             4001 => modal.motion_code.number(),
             4002 => 19.0 - modal.normal as f64,
@@ -189,7 +202,12 @@ impl Interpreter {
                 _ => 0.0,
             },
             5420..=5428 => self.position_value(number as usize - 5420, false, name, span)?,
-            5061..=5070 | 5399 | 5401..=5419 => return Err(unknown_system(name, span)),
+            5061..=5069 => self.skip_value(number as usize - 5061, name, "G38.2", span)?,
+            5070 => match self.probing.reading {
+                Reading::At { touched, .. } => f64::from(u8::from(touched)),
+                _ => return Err(self.not_measured(name, "G38.2", span)),
+            },
+            5399 | 5401..=5419 => return Err(unknown_system(name, span)),
             _ => return Ok(None),
         };
         Ok(Some(value))

@@ -87,6 +87,8 @@ impl Interpreter {
                 "OVR" => Some(&mut p.feed_override),
                 "PW" => Some(&mut p.weight),
                 "PL" => Some(&mut p.interval),
+                "MEAS" => Some(&mut p.measure),
+                "MEAW" => Some(&mut p.measure_on),
                 "FP" => Some(&mut p.fixed_point_number),
                 _ => None,
             };

@@ -30,6 +30,7 @@ mod index;
 mod interpreter;
 mod leftover;
 mod listed;
+mod measuring;
 mod milling;
 mod modal;
 mod motion;

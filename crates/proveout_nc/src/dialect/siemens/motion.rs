@@ -64,6 +64,9 @@ impl Interpreter {
         if is_thread {
             return self.thread_block(p, motion, span);
         }
+        if p.measure.is_some() || p.measure_on.is_some() {
+            return self.measuring_motion(p, motion, span);
+        }
         self.own.tangent = match (start, end.xyz()) {
             (Some(start), Some(end)) => frame::unit(frame::sub(end, start)).or(self.own.tangent),
             _ => None,

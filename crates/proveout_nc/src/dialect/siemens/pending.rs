@@ -186,6 +186,9 @@ pub(crate) struct Pending {
     pub(crate) fixed_point_number: Option<f64>,
     /// Axes that are named by the machine (`X1=`), bit mask.
     pub(crate) machine_axes: u16,
+    /// MEAS=, MEAW=.
+    pub(crate) measure: Option<f64>,
+    pub(crate) measure_on: Option<f64>,
     /// G40, G41, G42.
     pub(crate) compensation: Option<CompSide>,
     /// The G word that the block has of each group of [`super::words::g_group`].
@@ -205,6 +208,8 @@ impl Pending {
             self.corner_radius,
             self.weight,
             self.interval,
+            self.measure,
+            self.measure_on,
             self.block_feed,
             self.angle,
         ];

@@ -67,6 +67,8 @@ impl ModalCall {
 pub(crate) struct Siemens {
     /// Chamfers and roundings between the motions.
     pub(crate) corners: Corners,
+    /// Probe input of the last measuring motion.
+    pub(super) probe_input: f64,
     /// The FOR line is reached from its ENDFOR.
     pub(super) next_pass_of_for: bool,
     pub(super) block_numbers: BTreeMap<(Arc<str>, usize, u32, bool), Mark>,

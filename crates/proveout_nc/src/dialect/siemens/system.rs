@@ -12,7 +12,7 @@ use super::parser::{AddressValue, SiemensBlock, SiemensStatement, WordKind};
 use super::run_state::Interpreter;
 use crate::channel::expression::IndexedParameter;
 use crate::compensation::OutsideCorner;
-use crate::diagnostic::FaultSubject;
+use crate::diagnostic::{Fault, FaultSubject};
 use crate::settings::Compensation;
 use crate::{AXIS_LETTERS, CompSide, Feed, PathMode, ToolName};
 
@@ -27,7 +27,13 @@ pub(super) fn subject_of(variable: &str) -> Option<FaultSubject> {
 
 impl Interpreter {
     /// Gives the variables the values of the system variables before this line.
-    pub(crate) fn refresh_system(&mut self, block: &SiemensBlock) {
+    ///
+    /// # Errors
+    /// The block reads what no measuring motion has found.
+    pub(crate) fn refresh_system(&mut self, block: &SiemensBlock) -> Result<(), Fault> {
+        if let Some(fault) = self.reads_unmeasured(block) {
+            return Err(fault);
+        }
         let mut values: Vec<(String, f64)> = Vec::new();
         // Rounded to 1e-9: conversion to degrees and back changes the last bits, and programs
         // compare such values.
@@ -64,6 +70,7 @@ impl Interpreter {
         if let Some(Feed::PerTime(feed)) = self.technology.feed {
             put("$P_F", feed * 60.0 / self.modal.units.feed());
         }
+        self.measured_values(&mut |name, value| put(&name, value));
         for (group, value) in self.g_groups() {
             put(&format!("$P_GG[{group}]"), f64::from(value));
         }
@@ -78,6 +85,7 @@ impl Interpreter {
         });
         values.extend(components);
         self.variables.set_system(values);
+        Ok(())
     }
 
     /// Numbers of the words in force by G group, after the list of G functions of the programming manual.
@@ -155,7 +163,7 @@ pub(crate) fn system_key(name: &str, indices: &[Expr], number: &dyn Fn(&Expr) ->
 }
 
 /// Calls the visitor with every expression of a block.
-fn visit_block(block: &SiemensBlock, visitor: &mut impl FnMut(&Expr)) {
+pub(super) fn visit_block(block: &SiemensBlock, visitor: &mut impl FnMut(&Expr)) {
     for word in &block.words {
         match &word.kind {
             WordKind::Address { value: AddressValue::Expr(expr), .. } => visit(expr, visitor),

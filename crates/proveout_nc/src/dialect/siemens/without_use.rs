@@ -112,7 +112,7 @@ impl Interpreter {
         let turned = matches!(kind, BlockUse::Frame(FrameWord::Rot | FrameWord::ARot));
         // For each word: whether the block has it, its description, and whether this block uses it.
         let frame = p.frame.is_some() || p.offset.is_some() || p.tool_frame.is_some() || p.transformation.is_some();
-        let words: [(bool, &str, bool); 26] = [
+        let words: [(bool, &str, bool); 27] = [
             (
                 p.turns.is_some(),
                 "TURN=, which belongs to G2, G3 and CIP",
@@ -166,6 +166,11 @@ impl Interpreter {
                 p.block_feed.is_some(),
                 "FB=, the feed of one motion",
                 more_path && !(kind == BlockUse::Straight && self.modal.interpolation == Interpolation::Rapid),
+            ),
+            (
+                p.measure.is_some() || p.measure_on.is_some(),
+                "MEAS= or MEAW=, which belongs to a straight motion in feed",
+                kind == BlockUse::Straight,
             ),
             (p.angle.is_some(), "ANG=, which belongs to a straight motion", path || kind == BlockUse::Machine),
             (

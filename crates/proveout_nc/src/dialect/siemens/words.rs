@@ -63,7 +63,9 @@ pub(crate) fn classify_name(name: &str) -> Class {
             Class::Refused("let the CAM system write the motions of the milling cycle")
         }
         "MEAS" | "MEAW" | "MEASA" | "MEAWA" | "CYCLE971" | "CYCLE976" | "CYCLE977" | "CYCLE978" | "CYCLE979"
-        | "CYCLE982" | "CYCLE996" | "CYCLE998" => Class::Refused("the twin does not measure; remove the probing"),
+        | "CYCLE982" | "CYCLE996" | "CYCLE998" => {
+            Class::Refused("this cycle is not measured here; measure with MEAS=1 in a G1 block")
+        }
         "CUT3DC" | "CUT3DF" | "CUT3DFS" | "CUT3DFF" | "CUT3DCC" | "CUT3DCCD" => {
             Class::Refused("let the CAM system compensate the cutter, and use CUT2D")
         }
@@ -102,7 +104,7 @@ pub(crate) fn classify_assignment(name: &str) -> Class {
             Class::Refused("program the orientation with rotary axes or with A3= B3= C3=")
         }
         "TCARR" => Class::Refused("swivel the plane with CYCLE800"),
-        "MEAS" | "MEAW" | "MEASA" | "MEAWA" => Class::Refused("the twin does not measure; remove the probing"),
+        "MEASA" | "MEAWA" => Class::Refused("measure with MEAS=1 in a G1 block"),
         "ID" | "IDS" => Class::Refused("remove the synchronized action"),
         "SF" | "PO" => Class::Refused(PLAIN),
         "VC" | "SVC" => Class::Refused("write the spindle speed with S"),

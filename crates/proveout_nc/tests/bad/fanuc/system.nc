@@ -1,2 +1,2 @@
-(nc-unsupported-word)
+(nc-probe)
 G0 X#5061

@@ -157,7 +157,7 @@ impl LineLanguage for Siemens {
             channel.run_with_slash();
         }
         if !block.is_plain() && (line.contains('$') || !channel.own.frame_variables.is_empty()) {
-            channel.refresh_system(block);
+            channel.refresh_system(block)?;
         }
         match block.statement.take() {
             Some(_) if channel.own.first_line.is_some() => Err(channel.no_second_line(block.span)),
