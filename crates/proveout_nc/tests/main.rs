@@ -32,4 +32,5 @@ mod siemens_slots;
 mod siemens_splines;
 mod siemens_words;
 mod spinner;
+mod typed_programs;
 mod words_have_use;
