@@ -33,4 +33,5 @@ mod siemens_splines;
 mod siemens_words;
 mod spinner;
 mod typed_programs;
+mod wear_compensation;
 mod words_have_use;

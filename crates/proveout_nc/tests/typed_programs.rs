@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use proveout_nc::{Advice, AdviceCall, Control, Settings, check, check_text};
+use proveout_nc::{Advice, AdviceCall, Control, Settings, Survey, check, check_text};
 
 /// Programs of the set.
 const LEAST: usize = 150;
@@ -92,7 +92,8 @@ fn verdict(program: &Typed<'_>) -> Result<&'static str, String> {
             // The file as it is written is a control file with which the program is read, and is not confirmed.
             let control = Control::from_text("written.toml", advice.control_file(), None).map_err(|e| e.to_string())?;
             let assumed = control.assumed().len();
-            let again = check_text(program.file, &program.text, &Settings::of_control(control));
+            let settings = Settings::of_control(control);
+            let again = Survey::of_text(program.file, program.text.clone(), &settings, &mut |_, _| None).judged();
             if !again.is_empty() || assumed != keys.len() {
                 return Err(format!("{} assumed; again: {}", assumed, codes(&again)));
             }

@@ -2,7 +2,7 @@
 
 use super::arcs::{self, is_of_arc};
 use super::draft::quoted;
-use super::known_words::{KnownWord, known_word};
+use super::known_words::{KnownWord, is_near_the_language, known_word};
 use super::whole_text;
 use super::{Advised, Trial};
 use crate::codes;
@@ -30,6 +30,8 @@ pub(super) enum Cause {
     Word(String),
     /// All faults of the shape of arcs.
     Arcs,
+    /// Every fault about a value of this name.
+    Variable(String),
     /// The fault of this code at this place.
     Fault(&'static str, String, u32),
 }
@@ -53,6 +55,10 @@ impl Candidate {
         match &self.cause {
             Cause::Word(word) => !now.words.iter().any(|w| w.word == *word && w.state != WordState::Noted),
             Cause::Arcs => before.faults.iter().any(is_of_arc) && !now.faults.iter().any(is_of_arc),
+            Cause::Variable(name) => {
+                let about = FaultSubject::Variable(name.clone());
+                !now.faults.iter().any(|fault| fault.about.as_deref() == Some(&about))
+            }
             Cause::Fault(code, file, line) => {
                 !now.faults.iter().any(|f| f.code == *code && *f.file == **file && f.line == *line)
             }
@@ -90,7 +96,8 @@ fn for_fault(fault: &Diagnostic, key: &str, value: String, meaning: &str, why: S
 /// What a fault most likely needs, the likeliest first.
 pub(super) fn of_fault(fault: &Diagnostic, at: &Trial, texts: &[String]) -> Vec<Candidate> {
     if let Some(FaultSubject::Variable(name)) = fault.about.as_deref() {
-        return variable(fault, name, texts).into_iter().collect();
+        let of_name = |candidate: Candidate| Candidate { cause: Cause::Variable(name.clone()), ..candidate };
+        return variable(fault, name, texts).map(of_name).into_iter().collect();
     }
     match fault.code {
         codes::NO_FEED => vec![feed(fault, at), feed_policy(fault)],
@@ -239,6 +246,10 @@ fn without_meaning(word: &UnknownWord, dialect: Dialect) -> Option<(String, Stri
     let function = word.word.starts_with('M') && word.word[1..].bytes().all(|b| b.is_ascii_digit());
     let name = dialect.family() != Dialect::Iso && !word.word.starts_with('G');
     if word.moves && !function && !name {
+        return None;
+    }
+    // A word of the language with a wrong letter, or a cycle of the language that the twin does not do.
+    if !function && is_near_the_language(dialect, &word.word) {
         return None;
     }
     let text = "a function of the machine that is not looked up yet";
