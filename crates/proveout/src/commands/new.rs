@@ -7,7 +7,7 @@ use proveout_sim::first_part::{FirstPart, FirstPartError, Question, propose, rea
 use proveout_tool::LengthUnit;
 use serde_json::json;
 
-use super::{advise, output_file};
+use super::advise;
 use crate::args::{NewArgs, ReaderArgs, UnitArg};
 use crate::failure::Failure;
 
@@ -85,7 +85,10 @@ fn reading(args: &NewArgs) -> ReaderArgs {
 
 /// The written control file, where the programs need one.
 fn written_control(args: &NewArgs, machine: &Path, file: &Path) -> Result<Option<String>, Failure> {
-    output_file::check(file, false)?;
+    if file.symlink_metadata().is_ok() {
+        let message = format!("{} already exists", file.display());
+        return Err(Failure::new(message).with_help("name another file with --write-control: this one is kept"));
+    }
     let machine = Machine::read(machine).map_err(|e| Failure::from(&SimError::from(e)))?;
     let advice = advise::advice(&args.programs, &reading(args), Some(&machine))?;
     let written = advise::write_control(&advice, file, false)?;
