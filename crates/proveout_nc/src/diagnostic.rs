@@ -40,6 +40,10 @@ pub(crate) enum FaultSubject {
     UnknownWord(String),
     /// A system variable that holds a position of an axis.
     PositionVariable,
+    /// A value that the program reads and does not set, by the name under which it can be given.
+    Variable(String),
+    /// An arc whose radii at start and end differ, nanometers: whole numbers, so that faults can be compared.
+    ArcRadii { start_nm: u64, end_nm: u64 },
 }
 
 impl Diagnostic {
@@ -182,6 +186,11 @@ impl Fault {
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
+    }
+
+    /// The fault of a value that is not known; it can be given under this name.
+    pub(crate) fn of_variable(self, name: impl Into<String>) -> Self {
+        self.about(Some(FaultSubject::Variable(name.into())))
     }
 
     pub(crate) fn about(mut self, subject: Option<FaultSubject>) -> Self {

@@ -17,6 +17,7 @@
 //!   [`check`] collects them.
 //! * [`Survey`] – a whole program read at once: all its faults, and the text that its run does not reach
 //!   ([`NotRun`]).
+//! * [`Advice`] – what keeps a text from being read, and the control file that mends it.
 //! * [`JsonWriter`] – commands as JSON lines.
 //! * [`post`] – commands back to text.
 //!
@@ -38,6 +39,7 @@
 //! | `dialect/` | the languages: `apt/`, `heidenhain/`, `iso/`, `siemens/`; which one a text is |
 //! | `channel/` | what all languages share: calls, jumps, formulas, holes, milling, recovery, coverage |
 //! | `cycle/` | the parameters of all cycles as tables, one file a language |
+//! | `advice/` | the control file that lets a program be read, from the program itself |
 //! | `control/` | control files: words, start state and parameters of a control |
 //! | `compensation/`, `overcut.rs` | the path of the tool center from a contour; where it cuts the contour |
 //! | `json/` | commands as JSON lines |
@@ -48,6 +50,7 @@
 //! | `codes.rs`, `diagnostic.rs` | codes and texts of faults |
 //! | `settings.rs`, `machine_data.rs` | what the reader knows besides the text |
 //! | `scan.rs`, `source.rs` | characters and lines of a text |
+//! | `operation_names.rs` | operations by the names that comments give them |
 //! | `state.rs`, `frame.rs` | place of the tool; transforms between coordinate systems |
 //! | `arc.rs`, `spline.rs`, `optional_stop.rs` | circles; B-splines and NURBS; M1 with a spindle that turns |
 
@@ -56,6 +59,7 @@
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
+mod advice;
 mod arc;
 mod channel;
 mod codes;
@@ -70,6 +74,7 @@ mod g_code;
 mod json;
 mod machine_data;
 mod not_run;
+mod operation_names;
 mod optional_stop;
 mod overcut;
 pub mod post;
@@ -84,6 +89,7 @@ mod state;
 mod survey;
 mod tally;
 
+pub use advice::{Advice, AdviceCall, Advised};
 pub use codes::{CODES, CodeInfo, explain};
 pub use command::*;
 pub use control::{
@@ -94,6 +100,7 @@ pub use dialect::detect;
 pub use json::{JsonWriter, to_json};
 pub use machine_data::{Kinematics, ReferencePoints};
 pub use not_run::{NotRun, NotRunKind, Weight};
+pub use operation_names::{OperationHead, operation_heads};
 pub use optional_stop::OptionalStop;
 pub use overcut::{Overcut, OvercutKind, OvercutWeight};
 pub use probing::{Contact, Met, Touch, TouchList};

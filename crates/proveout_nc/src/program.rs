@@ -46,6 +46,11 @@ pub struct Program {
     notes: VecDeque<Command>,
     stops: StopWatch,
     settings: Settings,
+    /// The run stands at a fault.
+    failed: bool,
+    /// Where the text ends the program: place of its last command. None where a word must end it, and once it
+    /// has ended.
+    end_of_text: Option<Location>,
 }
 
 impl Program {
@@ -86,7 +91,7 @@ impl Program {
         };
         let dialect = spoken(dialect, &source, settings)?;
         let mut source = source;
-        let mut notes = VecDeque::new();
+        let mut notes = unconfirmed(&source, settings);
         for (line, text) in source.take_out(&settings.control.header, &settings.control.trailer) {
             let location = Location {
                 file: Arc::clone(&source.name),
@@ -101,6 +106,7 @@ impl Program {
             });
         }
         source.speak_as(&settings.control);
+        let end_of_text = settings.control.ends_with_text.then(|| start_of(&source));
         let compensates = may_compensate(&source.text);
         let reader = dialect::open(dialect, source, folder, settings)?;
         let stops = StopWatch::new(settings.optional_stop);
@@ -110,6 +116,8 @@ impl Program {
             notes,
             stops,
             settings: settings.clone(),
+            failed: false,
+            end_of_text,
         })
     }
 
@@ -128,7 +136,8 @@ impl Program {
 
     /// Goes on after the block of the last fault; false where nothing can follow.
     pub(crate) fn recover(&mut self) -> bool {
-        self.commands.recover()
+        self.failed = !self.commands.recover();
+        !self.failed
     }
 
     /// The fault may follow from one before.
@@ -172,10 +181,21 @@ impl Iterator for Program {
         if let Some(note) = self.notes.pop_front() {
             return Some(Ok(note));
         }
-        let command = match self.commands.next()? {
-            Ok(command) => command,
-            Err(diagnostic) => return Some(Err(*diagnostic)),
+        let command = match self.commands.next() {
+            Some(Ok(command)) => command,
+            Some(Err(diagnostic)) => {
+                self.failed = true;
+                return Some(Err(*diagnostic));
+            }
+            None if self.failed => return None,
+            None => return self.end_of_text.take().map(|location| Ok(Command { location, op: Op::End })),
         };
+        if let Some(last) = &mut self.end_of_text {
+            last.clone_from(&command.location);
+            if command.op == Op::End {
+                self.end_of_text = None;
+            }
+        }
         let [before, behind] = self.stops.look(&command);
         let beside = |op: Op| Command { location: command.location.clone(), op };
         let behind = behind.map(beside);
@@ -187,6 +207,24 @@ impl Iterator for Program {
         self.notes.extend(behind);
         Some(Ok(before))
     }
+}
+
+/// The first line of a text.
+fn start_of(source: &Source) -> Location {
+    Location { file: Arc::clone(&source.name), line: 1, column: 1, length: 0, depth: 0 }
+}
+
+/// What the control's file assumes and nobody has confirmed, as notes before the first command.
+fn unconfirmed(source: &Source, settings: &Settings) -> VecDeque<Command> {
+    let control = &settings.control;
+    let note = |(key, why): (&String, &String)| {
+        let text = format!(
+            "`{key}` of the control \"{}\" is not confirmed: {why}; confirm it and take it out of [assumed]",
+            control.name()
+        );
+        Command { location: start_of(source), op: Op::Note(Note::assuming(text)) }
+    };
+    control.assumed().iter().map(note).collect()
 }
 
 /// The dialect in which a control reads the text: its own, and on a TNC that of the text. It reads programs

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::control::{ArcTolerance, Control, WholeNumbers};
+use crate::control::{ArcTolerance, CompensatedPath, Control, WholeNumbers};
 use crate::{AxisValues, Kinematics, OptionalStop, OrientationInterpolation, ReferencePoints, ToolName, TouchList};
 
 /// A language.
@@ -22,7 +22,6 @@ pub enum Dialect {
     #[serde(rename = "siemens-840d")]
     Siemens840d,
     /// ISO 6983 / RS274; the control is detected from the text, Fanuc where the text does not say.
-    #[serde(skip)]
     Iso,
     /// ISO with macro B, as a Fanuc and many others speak it.
     Fanuc,
@@ -102,6 +101,9 @@ pub struct ToolRadii {
     pub by_offset: BTreeMap<u32, f64>,
     /// By the tool in the spindle; used where the program names no offset, or one that is not in `by_offset`.
     pub by_tool: BTreeMap<ToolName, f64>,
+    /// The programmed contour is the path of the tool center, and offsets hold the wear alone: one that is not in
+    /// `by_offset` is zero.
+    pub wear: bool,
     /// An offset has the number of its tool: one that is neither in `by_offset` nor that of the tool in the
     /// spindle is not known.
     pub offset_is_tool: bool,
@@ -234,11 +236,13 @@ impl Settings {
     /// to add.
     pub(crate) fn with_radius_offsets(&self) -> Option<Self> {
         let offsets = &self.control.parameters.radius_offsets;
-        if offsets.is_empty() || !matches!(self.compensation, Compensation::ToolCenter(_)) {
+        let wear = self.control.parameters.compensation == Some(CompensatedPath::Wear);
+        if offsets.is_empty() && !wear || !matches!(self.compensation, Compensation::ToolCenter(_)) {
             return None;
         }
         let mut settings = self.clone();
         if let Compensation::ToolCenter(radii) = &mut settings.compensation {
+            radii.wear |= wear;
             for (&offset, &radius) in offsets {
                 radii.by_offset.entry(offset).or_insert(radius);
             }

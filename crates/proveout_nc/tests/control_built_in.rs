@@ -19,7 +19,7 @@ fn commands(control: &str, text: &str) -> Vec<Op> {
 fn plain(control: &str) -> &'static str {
     match control {
         "siemens-840d-sl" => "G0 X1 Y2 Z3\nG1 X2 F100\nM5\nM30\n",
-        "heidenhain-tnc-640" | "heidenhain-itnc-530" => {
+        "heidenhain-tnc-640" | "heidenhain-itnc-530" | "dmg-tnc-640" => {
             "0 BEGIN PGM A MM\n1 L X+1 Y+2 Z+3 R0 FMAX M3\n2 L X+2 F100\n3 END PGM A MM\n"
         }
         "fagor-8055" | "millplus" | "mach3" => "G71 G0 X1. Y2. Z3.\nG1 X2. F100\nM5\nM30\n",

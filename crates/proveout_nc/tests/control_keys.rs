@@ -426,6 +426,21 @@ const CASES: &[Case] = &[
         "warm-up of the spindle",
     ),
     case(
+        "assumed.arcs",
+        "dialect = \"fanuc\"\narcs.centers = \"absolute\"",
+        "dialect = \"fanuc\"\narcs.centers = \"absolute\"\nassumed.arcs = \"they close\"",
+        "G21 G0 X1.\nM30\n",
+        "is not confirmed: they close",
+    ),
+    case("program.end", FANUC, "dialect = \"fanuc\"\nprogram.end = \"text\"", "G21 G0 X1. Y1. Z1.\n", "\"op\":\"end\""),
+    case(
+        "parameters.compensation",
+        "dialect = \"fanuc\"\nparameters.radius_offset_mm = { 1 = 0.1 }",
+        "dialect = \"fanuc\"\nparameters = { compensation = \"wear\", radius_offset_mm = { 1 = 0.1 } }",
+        "G21 G17\nT1 M6\nG0 X-20. Y20. Z0.\nG41 D1 G1 X-10. Y5. F300.\nX50.\nG40 Y30.\nM30\n",
+        "the program gives the path of the tool center",
+    ),
+    case(
         "program.header",
         FANUC,
         "dialect = \"fanuc\"\nprogram.header = [\"$*.MIN%\"]",

@@ -34,4 +34,6 @@ mod siemens_slots;
 mod siemens_splines;
 mod siemens_words;
 mod spinner;
+mod typed_programs;
+mod wear_compensation;
 mod words_have_use;

@@ -29,11 +29,15 @@ pub(crate) struct NewArgs {
     #[arg(long, value_name = "NAME", required_unless_present = "list_machines")]
     pub(crate) machine: Option<String>,
     /// List the machines of the library, one per line: structure, travel, source
-    #[arg(long, conflicts_with_all = ["programs", "machine", "control", "stock", "design", "tools", "unit", "answers", "output"])]
+    #[arg(long, conflicts_with_all = ["programs", "machine", "control", "write_control", "stock", "design", "tools", "unit", "answers", "output"])]
     pub(crate) list_machines: bool,
     /// Control: a built-in name or a control file (default: that of the machine, else detected from the text)
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) control: Option<String>,
+    /// Write the control file that lets the programs be read, and use it: what their words, feed, arcs, start and
+    /// subprograms most likely mean. Each statement is assumed until you confirm it
+    #[arg(long, value_name = "FILE")]
+    pub(crate) write_control: Option<PathBuf>,
     /// Stock, mm (append inch for inches): block X0,Y0,Z0,X1,Y1,Z1; cylinder X,Y,Z0,DIAMETER,HEIGHT; lying
     /// bar X0,Y,Z,DIAMETER,LENGTH along X; a mesh file; or `proposed`
     #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]

@@ -1,5 +1,6 @@
 //! One file a command.
 
+mod advise;
 pub(crate) mod blade;
 pub(crate) mod check;
 pub(crate) mod compare;

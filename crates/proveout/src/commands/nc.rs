@@ -4,12 +4,15 @@ use proveout_machine::Machine;
 use proveout_nc::post::{Difference, Post, PostError, PostSettings, post_for, verify};
 use proveout_nc::{
     Command, Compensation, Dialect, JsonWriter, Op, Program, ReferencePoints, Settings, Survey, Tally, ToolAction,
-    ToolName, UnknownWords,
+    ToolName,
 };
 use proveout_sim::{SimError, tool_radii};
 use proveout_tool::{ToolId, ToolLibrary};
 
-use super::reader::{self, dialect_of};
+use super::{
+    advise, output_file,
+    reader::{self, dialect_of},
+};
 use crate::{args::NcArgs, failure::Failure};
 
 /// Text that leaves at once: some hundred lines, so that the time of a call to the system does not count.
@@ -97,8 +100,20 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
     let machine = args.machine.as_deref().map(Machine::read).transpose();
     let machine = machine.map_err(|e| Failure::from(&SimError::from(e)))?;
     let settings = reader::settings(&args.reader, machine.as_ref(), &args.program)?;
+    if let Some(file) = &args.write_control {
+        output_file::check(file, args.force)?;
+    }
     if args.unknown {
-        return unknown(args, &settings);
+        advise::print_unknown(&args.program, &args.reader, machine.as_ref(), &settings)?;
+    }
+    if let Some(file) = &args.write_control {
+        let advice = advise::advice(std::slice::from_ref(&args.program), &args.reader, machine.as_ref())?;
+        if advise::write_control(&advice, file, args.force)? {
+            say!("next: proveout check {} --control {}", args.program.display(), file.display());
+        }
+    }
+    if args.unknown || args.write_control.is_some() {
+        return Ok(());
     }
     let tools = args.tools.as_ref().map(|t| ToolLibrary::read(t)).transpose();
     let tools = tools.map_err(|e| Failure::from(&SimError::from(e)))?;
@@ -184,13 +199,6 @@ fn read_again(args: &NcArgs, settings: &Settings, to: Dialect, form: &PostSettin
             shown.trim()
         ))
     })
-}
-
-/// Prints the words that the control has no meaning for.
-fn unknown(args: &NcArgs, settings: &Settings) -> Result<(), Failure> {
-    let found = UnknownWords::of_file(&args.program, settings).map_err(|e| Failure::from(&SimError::from(e)))?;
-    let mut out = io::stdout().lock();
-    write!(out, "{found}").map_err(told)
 }
 
 /// Prints the part of the `check` result that is not among the commands. A fault of the program as a whole

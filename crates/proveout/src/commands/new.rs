@@ -7,7 +7,8 @@ use proveout_sim::first_part::{FirstPart, FirstPartError, Question, propose, rea
 use proveout_tool::LengthUnit;
 use serde_json::json;
 
-use crate::args::{NewArgs, UnitArg};
+use super::advise;
+use crate::args::{NewArgs, ReaderArgs, UnitArg};
 use crate::failure::Failure;
 
 /// Folder of the machine library, next to those of scenes and tools.
@@ -33,10 +34,12 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
         .output
         .clone()
         .unwrap_or_else(|| PathBuf::from(args.programs.first().and_then(|p| p.file_stem()).unwrap_or_default()));
+    let folder = machine_folder(machine)?;
+    let written = args.write_control.as_deref().map(|file| written_control(args, &folder, file)).transpose()?.flatten();
     let call = FirstPart {
         programs: args.programs.clone(),
-        machine: machine_folder(machine)?,
-        control: args.control.clone(),
+        machine: folder,
+        control: written.or_else(|| args.control.clone()),
         design: args.design.clone(),
         tools: args.tools.clone(),
         unit: args.unit.map(unit),
@@ -51,7 +54,13 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
         {
             say!("{text}");
         }
-        dialogue.with_answers(told(e))
+        let failure = match &e {
+            FirstPartError::Sim(sim) if matches!(**sim, SimError::Program(_)) => {
+                with_advice(told(e), args, &call.machine)
+            }
+            _ => told(e),
+        };
+        dialogue.with_answers(failure)
     })?;
     if args.json {
         proposal.write().map_err(told)?;
@@ -67,6 +76,38 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
     say!("\n{} {answers}; written: {}", proposal.answered, output.display());
     say!("next: proveout check {0}; proveout run {0}", output.display());
     Ok(())
+}
+
+/// How the programs of the call are read.
+fn reading(args: &NewArgs) -> ReaderArgs {
+    ReaderArgs { control: args.control.clone(), ..ReaderArgs::default() }
+}
+
+/// The written control file, where the programs need one.
+fn written_control(args: &NewArgs, machine: &Path, file: &Path) -> Result<Option<String>, Failure> {
+    if file.symlink_metadata().is_ok() {
+        let message = format!("{} already exists", file.display());
+        return Err(Failure::new(message).with_help("name another file with --write-control: this one is kept"));
+    }
+    let machine = Machine::read(machine).map_err(|e| Failure::from(&SimError::from(e)))?;
+    let advice = advise::advice(&args.programs, &reading(args), Some(&machine))?;
+    let written = advise::write_control(&advice, file, false)?;
+    Ok(written.then(|| file.display().to_string()))
+}
+
+/// What a control file would have to say for programs that are not read.
+fn with_advice(failure: Failure, args: &NewArgs, machine: &Path) -> Failure {
+    let Ok(machine) = Machine::read(machine) else { return failure };
+    let Ok(advice) = advise::advice(&args.programs, &reading(args), Some(&machine)) else { return failure };
+    if advice.statements.is_empty() {
+        return failure;
+    }
+    let statements: Vec<String> = advice.statements.iter().map(|s| format!("{} = {}", s.key, s.value)).collect();
+    let reads = if advice.reads() { "the programs are read" } else { "fewer faults are left" };
+    failure.with_more_help(format!(
+        "with a control file that states {} {reads}: --write-control FILE writes it, each statement marked as assumed",
+        statements.join(", ")
+    ))
 }
 
 pub(super) fn unit(argument: UnitArg) -> LengthUnit {

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use proveout_machine::Machine;
-use proveout_nc::{ArcTolerance, AxisValues, Control, Dialect, Settings, WorkOffset};
+use proveout_nc::{ArcTolerance, AxisValues, Control, Dialect, Settings, WorkOffset, builtin_controls};
 use proveout_sim::{SimError, control_of, settings_on, with_machine};
 
 use crate::{args::ReaderArgs, failure::Failure};
@@ -23,7 +23,7 @@ pub(crate) fn dialect_of(name: &str) -> Result<Dialect, Failure> {
 pub(crate) fn settings(args: &ReaderArgs, machine: Option<&Machine>, program: &Path) -> Result<Settings, Failure> {
     let told = |e: SimError| Failure::from(&e);
     let dialect = args.dialect.as_deref().map_or(Ok(Dialect::Auto), dialect_of)?;
-    let mut settings = match &args.control {
+    let settings = match &args.control {
         Some(name) => {
             let control = Control::find(name, None).map_err(|e| told(e.into()))?;
             let spoken = control.dialect();
@@ -41,6 +41,24 @@ pub(crate) fn settings(args: &ReaderArgs, machine: Option<&Machine>, program: &P
             settings
         }
     };
+    stated(args, machine, settings)
+}
+
+/// The control from which a file written for the program inherits: that of the call, else of the machine; a file
+/// by its full path.
+pub(crate) fn parent(args: &ReaderArgs, machine: Option<&Machine>) -> Option<String> {
+    let of_machine = || machine.and_then(|m| Some((m.control.file.as_deref()?, m.file().parent())));
+    let (name, folder) = args.control.as_deref().map(|name| (name, None)).or_else(of_machine)?;
+    if builtin_controls().any(|known| known == name) {
+        return Some(name.to_owned());
+    }
+    let path = folder.map_or_else(|| Path::new(name).to_path_buf(), |folder| folder.join(name));
+    Some(path.canonicalize().unwrap_or(path).display().to_string())
+}
+
+/// Adds what the call and the machine state.
+pub(crate) fn stated(args: &ReaderArgs, machine: Option<&Machine>, settings: Settings) -> Result<Settings, Failure> {
+    let mut settings = settings;
     for text in &args.variable {
         let (name, value) =
             text.split_once('=').ok_or_else(|| wrong("--variable", text, "NAME=VALUE, such as #500=1.5"))?;

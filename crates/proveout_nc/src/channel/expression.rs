@@ -76,6 +76,9 @@ pub(crate) enum Function {
     TowardsZero,
     Down,
     Up,
+    /// Decimal digits in four bits each to a number, and back.
+    FromDigits,
+    ToDigits,
     /// A number as a text.
     Text,
 }
@@ -166,8 +169,49 @@ pub(crate) fn apply(function: Function, x: f64, span: Span) -> Result<f64, Fault
         Function::TowardsZero => x.trunc(),
         Function::Down => x.floor(),
         Function::Up => x.ceil(),
+        Function::FromDigits => match from_digits(x) {
+            Some(number) => number,
+            None => return undefined("number of the decimal digits"),
+        },
+        Function::ToDigits => match to_digits(x) {
+            Some(digits) => digits,
+            None => return undefined("form in decimal digits"),
+        },
         Function::Text => x,
     })
+}
+
+/// Most digits in four bits each.
+const DIGITS: u32 = 8;
+
+/// The number whose decimal digits stand in four bits each: 12 of 0x12; none where four bits are no digit.
+fn from_digits(x: f64) -> Option<f64> {
+    let bits = u64::from(u32::MAX);
+    if x.fract() != 0.0 || !(0.0..=bits as f64).contains(&x) {
+        return None;
+    }
+    let bits = x as u64;
+    (0..DIGITS)
+        .rev()
+        .try_fold(0_u64, |number, place| {
+            let digit = bits >> (4 * place) & 0xf;
+            (digit < 10).then_some(10 * number + digit)
+        })
+        .map(|number| number as f64)
+}
+
+/// The digits of a number in four bits each: 0x12 of 12.
+fn to_digits(x: f64) -> Option<f64> {
+    if x.fract() != 0.0 || !(0.0..1e8).contains(&x) {
+        return None;
+    }
+    let (mut rest, mut bits, mut place) = (x as u64, 0_u64, 0);
+    while rest > 0 {
+        bits |= rest % 10 << place;
+        rest /= 10;
+        place += 4;
+    }
+    Some(bits as f64)
 }
 
 /// Value of an operation on numbers. Languages in which an operator means something else ask here for the
@@ -215,6 +259,14 @@ mod tests {
         assert_eq!(at(Function::Sin, 30.0), 30f64.to_radians().sin());
         assert_eq!((at(Function::Sin, 180.0), at(Function::Cos, 90.0)), (0.0, 0.0), "right angles are exact");
         assert!((at(Function::Tan, 45.0) - 1.0).abs() < 1e-15);
+        for number in [0.0, 7.0, 12.0, 99.0, 12_345_678.0] {
+            assert_eq!(at(Function::FromDigits, at(Function::ToDigits, number)), number);
+        }
+        assert_eq!((at(Function::ToDigits, 12.0), at(Function::FromDigits, 18.0)), (18.0, 12.0));
+        for wrong in [10.0, -1.0, 1.5, 1e12] {
+            assert!(apply(Function::FromDigits, wrong, Span::default()).is_err(), "{wrong}");
+        }
+        assert!(apply(Function::ToDigits, 1e8, Span::default()).is_err());
         assert_eq!((at(Function::TowardsZero, -1.5), at(Function::AwayFromZero, -1.5)), (-1.0, -2.0));
         assert_eq!((at(Function::Down, -1.5), at(Function::Up, -1.5)), (-2.0, -1.0));
         assert_eq!((at(Function::Sign, 0.0), at(Function::Sign, -3.0)), (0.0, -1.0));

@@ -6,7 +6,7 @@ use super::{Channel, Language};
 use crate::arc::{ArcFault, PlaneArc};
 use crate::codes;
 use crate::control::ArcTolerance;
-use crate::diagnostic::{Fault, Span};
+use crate::diagnostic::{Fault, FaultSubject, Span};
 use crate::machine_data::ReferencePoints;
 use crate::state::MissingAxes;
 use crate::{AXIS_LETTERS, ArcMotion, AxisValues, FrameChange, Motion, Op, SpindleDirection, ThreadMotion};
@@ -211,6 +211,12 @@ pub(crate) fn differ_by_little(fault: &ArcFault) -> bool {
 }
 
 pub(crate) fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, full_circle: &str, span: Span) -> Fault {
+    let subject = match fault {
+        ArcFault::Radii(start, end) => {
+            Some(FaultSubject::ArcRadii { start_nm: nanometers(start), end_nm: nanometers(end) })
+        }
+        _ => None,
+    };
     let (code, message, help) = match fault {
         ArcFault::NoRadius => (
             codes::ARC_GEOMETRY,
@@ -237,5 +243,10 @@ pub(crate) fn arc_fault(fault: ArcFault, tolerance: ArcTolerance, full_circle: &
             (codes::ARC_GEOMETRY, "start and end of the arc are the same point".to_owned(), full_circle)
         }
     };
-    Fault::new(code, span, message).help(help)
+    Fault::new(code, span, message).help(help).about(subject)
+}
+
+/// A length of at most some kilometers; what is no length is the largest one.
+fn nanometers(mm: f64) -> u64 {
+    (mm * 1e6).round() as u64
 }

@@ -133,7 +133,11 @@ impl CompensatedReader {
                 self.offset.abs(),
                 arc.radius
             );
-            let help = format!("use a tool with a radius below {:.4} mm", arc.radius);
+            let help = format!(
+                "use a tool with a radius below {:.4} mm; where the program gives the path of the tool center and the offset holds the wear alone \
+                 (compensation type wear), state it in a control file: parameters.compensation = \"wear\"",
+                arc.radius
+            );
             return Err(self.fault(codes::COMPENSATION, location, message, help));
         }
         Ok(shape)

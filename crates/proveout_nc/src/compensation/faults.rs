@@ -12,6 +12,9 @@ impl CompensatedReader {
         let by_offset = |d: u32| radii.and_then(|r| r.by_offset.get(&d).copied()).or((d == 0).then_some(0.0));
         let by_tool = || radii.and_then(|r| r.by_tool.get(&self.tool).copied());
         let own = |d: u32| d == 0 || self.tool == ToolName::Number(d);
+        if radii.is_some_and(|r| r.wear) {
+            return self.wear(comp, by_offset, by_tool(), location);
+        }
         let radius = comp.radius.or_else(|| match comp.offset {
             // The offset of another tool is not known, and not that of the tool in the spindle.
             Some(d) if radii.is_some_and(|r| r.offset_is_tool) && !own(d) => by_offset(d),
@@ -37,6 +40,26 @@ impl CompensatedReader {
                 Err(self.fault(codes::COMPENSATION, location, message, help))
             }
         }
+    }
+
+    /// The offset where the programmed path is that of the tool center: the wear alone, which lies below the radius
+    /// of the tool.
+    fn wear(
+        &self,
+        comp: CutterComp,
+        by_offset: impl Fn(u32) -> Option<f64>,
+        tool_mm: Option<f64>,
+        location: &Location,
+    ) -> Result<f64, Fault> {
+        let wear = comp.radius.or_else(|| comp.offset.and_then(by_offset)).unwrap_or(0.0);
+        let offset = comp.offset.map_or(String::new(), |d| format!(" of D{d}"));
+        if !wear.is_finite() || tool_mm.is_some_and(|radius| wear.abs() >= radius) {
+            let radius = tool_mm.unwrap_or(0.0);
+            let message = format!("the wear{offset} is {wear} mm, and the radius of the tool is {radius} mm");
+            let help = "the offset holds the radius: write parameters.compensation = \"contour\" in the control file, or correct the offset";
+            return Err(self.fault(codes::COMPENSATION, location, message, help));
+        }
+        Ok(wear)
     }
 
     pub(super) fn unfit(&self, location: &Location, what: &str) -> Fault {

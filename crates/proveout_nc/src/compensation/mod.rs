@@ -386,6 +386,11 @@ impl CompensatedReader {
             })?);
             self.state = CompState::Entering;
         }
+        if self.radii.as_ref().is_some_and(|radii| radii.wear) {
+            return self.pass(note(format!(
+                "cutter compensation {word} with the wear {radius} mm: the program gives the path of the tool center"
+            )));
+        }
         self.pass(note(format!(
             "cutter compensation {word} of the contour with the radius {radius} mm: base coordinates are those of the tool center"
         )))

@@ -11,6 +11,7 @@ macro_rules! controls {
 
 controls! {
     "brother-c00",
+    "dmg-tnc-640",
     "fagor-8055",
     "fanuc-0i",
     "fanuc-30i",
@@ -20,6 +21,7 @@ controls! {
     "heidenhain-tnc-640",
     "hurco-isnc",
     "linuxcnc-2.9",
+    "linuxcnc-xyzbc-trt",
     "mach3",
     "mazak-eia",
     "millplus",

@@ -17,13 +17,13 @@ pub(super) enum ReaderFamily {
 impl ReaderFamily {
     pub(super) fn of(dialect: Dialect) -> Option<Self> {
         Some(match dialect {
-            Dialect::Fanuc | Dialect::Haas => Self::MacroB,
+            Dialect::Iso | Dialect::Fanuc | Dialect::Haas => Self::MacroB,
             Dialect::LinuxCnc => Self::LinuxCnc,
             Dialect::Siemens840d => Self::Siemens,
             Dialect::Heidenhain => Self::Heidenhain,
             Dialect::HeidenhainIso => Self::HeidenhainIso,
             Dialect::Apt => Self::Apt,
-            Dialect::Auto | Dialect::Iso => return None,
+            Dialect::Auto => return None,
         })
     }
 
@@ -39,6 +39,7 @@ impl ReaderFamily {
             ["parameters", "mixed_feed" | "reference_radius_mm" | "rollover" | "rollover_axes"] => self != Apt,
             ["parameters", "outside_modulo" | "orientation_angles"] => self == Siemens,
             ["parameters", "length_word" | "radius_offset_mm"] => self == MacroB,
+            ["parameters", "compensation"] => self != Apt,
             ["parameters", "return_level"] => iso,
             ["parameters", "g64_tolerance_mm"] => self == LinuxCnc,
             ["parameters", "tilt_reference"] => matches!(self, MacroB | Siemens | Heidenhain | HeidenhainIso),
@@ -50,6 +51,7 @@ impl ReaderFamily {
             ["unlisted", "m"] => self != Apt,
             ["feed", "rapid_from_mm_min"] => matches!(self, Heidenhain | HeidenhainIso),
             ["program", "words"] => iso,
+            ["program", "end"] => true,
             ["program", "modal_variables"] => self == MacroB,
             ["program", _] => true,
             _ => matches!(self, MacroB | LinuxCnc | Siemens | Heidenhain | HeidenhainIso | Apt),

@@ -80,6 +80,10 @@ pub(crate) struct ControlFile {
     /// for a table, "*" for all others) and the source.
     #[serde(default)]
     pub(crate) source: BTreeMap<String, String>,
+    /// Statements of this file that nobody has confirmed, by the path of their key as in `source`, and why each
+    /// is likely. While one is listed, every program of the control is `program-assumed`.
+    #[serde(default)]
+    pub(crate) assumed: BTreeMap<String, String>,
 }
 
 /// What is in force before the first word of the program.
@@ -334,6 +338,16 @@ pub(crate) enum ModalVariablesFile {
     Mitsubishi,
 }
 
+/// What ends a program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum ProgramEndFile {
+    /// A word of the language: M30, END PGM, FINI. A text without one is refused.
+    Word,
+    /// The end of the text as well, as on controls that are fed line by line.
+    Text,
+}
+
 /// Lines around a program.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -342,6 +356,8 @@ pub(crate) struct ProgramFile {
     pub(crate) words: Option<ProgramWordsFile>,
     /// How the system variables #4001 and on number the groups of G words.
     pub(crate) modal_variables: Option<ModalVariablesFile>,
+    /// What ends a program; a word where the key is left out.
+    pub(crate) end: Option<ProgramEndFile>,
     /// Patterns of lines before the first block that are no blocks: `*` for any characters.
     pub(crate) header: Option<Vec<String>>,
     /// Patterns of lines after the last block.

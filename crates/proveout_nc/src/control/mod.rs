@@ -35,7 +35,7 @@ pub use file::control_schema;
 pub use model::{ArcTolerance, Control, WholeNumbers};
 pub(crate) use model::{Centers, DwellUnit, FineBoring, StartFeed, StartMotion};
 pub(crate) use parameters::{
-    LengthWord, MixedFeed, OrientationAngles, OutsideModulo, ReturnLevel, Rollover, TiltSolution,
+    CompensatedPath, LengthWord, MixedFeed, OrientationAngles, OutsideModulo, ReturnLevel, Rollover, TiltSolution,
 };
 pub use unknown::{UnknownWord, UnknownWords};
 pub(crate) use words::Meaning;

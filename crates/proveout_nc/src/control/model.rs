@@ -213,6 +213,10 @@ pub struct Control {
     /// Why a subprogram that is missing may be left out; none: it is refused.
     pub(crate) missing_subprogram: Option<String>,
     pub(crate) limits: Limits,
+    /// The end of the text ends the program too.
+    pub(crate) ends_with_text: bool,
+    /// Statements that nobody has confirmed: path of the key, and why it is likely.
+    pub(crate) assumed: BTreeMap<String, String>,
     /// Patterns of lines before and after the program.
     pub(crate) header: Vec<String>,
     pub(crate) trailer: Vec<String>,
@@ -252,6 +256,8 @@ impl Default for Control {
             files: Vec::new(),
             missing_subprogram: None,
             limits: Limits::default(),
+            ends_with_text: false,
+            assumed: BTreeMap::new(),
             header: Vec::new(),
             trailer: Vec::new(),
         }
@@ -269,9 +275,19 @@ impl Control {
         self.dialect
     }
 
+    /// Nothing says which control it is: programs are read as their text tells.
+    pub fn is_open(&self) -> bool {
+        matches!(self.dialect, Dialect::Auto | Dialect::Iso)
+    }
+
     /// Whether lengths count in inches before the first word for the unit, as far as the control says.
     pub fn starts_in_inch(&self) -> Option<bool> {
         self.start.inch
+    }
+
+    /// Statements of its files that nobody has confirmed: the path of each key, and why it is likely.
+    pub fn assumed(&self) -> &BTreeMap<String, String> {
+        &self.assumed
     }
 
     /// Files that it was read from, the control itself first; built-in ones are none.

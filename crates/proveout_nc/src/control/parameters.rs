@@ -46,6 +46,8 @@ pub(crate) struct ParametersFile {
     /// How far corners may be rounded under G64 without P, mm; without the key as far as the acceleration of
     /// the axes needs.
     pub(crate) g64_tolerance_mm: Option<f64>,
+    /// What the contour of a program is where cutter compensation is on.
+    pub(crate) compensation: Option<CompensatedPath>,
     /// Tool radius offsets in the memory of the control, by their D number, mm. A number that is left out is
     /// that of the tool with this number.
     #[serde(default)]
@@ -114,6 +116,17 @@ pub(crate) enum OrientationAngles {
     Rpy,
 }
 
+/// What the contour of a program is where cutter compensation is on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum CompensatedPath {
+    /// The wall of the part: the offset D is the radius of the tool.
+    Contour,
+    /// The path of the tool center, as CAM systems post it with the compensation type wear: the offset D is the
+    /// difference of the real radius from the nominal one, zero where nothing states it.
+    Wear,
+}
+
 /// Of two positions of the rotary axes on a tilted plane, the one that is taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -142,6 +155,7 @@ pub(crate) struct Parameters {
     pub(crate) tilt_reference: Option<char>,
     pub(crate) tilt_solution: Option<TiltSolution>,
     pub(crate) g64_tolerance_mm: Option<f64>,
+    pub(crate) compensation: Option<CompensatedPath>,
     /// By D number, mm.
     pub(crate) radius_offsets: BTreeMap<u32, f64>,
 }
@@ -161,6 +175,7 @@ pub(super) fn parameters(into: &mut Parameters, file: &ParametersFile, text: &Co
     take(&mut into.return_level, file.return_level);
     take(&mut into.orientation_angles, file.orientation_angles);
     take(&mut into.tilt_solution, file.tilt_solution);
+    take(&mut into.compensation, file.compensation);
     let wrong = |key: &str, message: String, remedy: &str| {
         Err(text.error("control-value", &["parameters", key], message, remedy.to_owned()))
     };

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::error::Checked;
 use super::family::ReaderFamily;
 use super::file::{
-    ControlFile, CycleDepthFile, CycleReturnFile, MissingSubprogramFile, ModalVariablesFile, ProgramWordsFile,
-    UnlistedMFile, WithoutHFile,
+    ControlFile, CycleDepthFile, CycleReturnFile, MissingSubprogramFile, ModalVariablesFile, ProgramEndFile,
+    ProgramWordsFile, UnlistedMFile, WithoutHFile,
 };
 use super::meanings;
 use super::model::Control;
@@ -31,6 +31,7 @@ pub(super) fn apply(
 ) -> Checked<()> {
     dialect(control, file, text)?;
     sources(file, text)?;
+    assumed(control, file, text);
     control.name = match &file.name {
         Some(name) if name.trim().is_empty() => {
             return Err(text.error(
@@ -65,6 +66,9 @@ pub(super) fn apply(
     }
     if let Some(variables) = file.program.modal_variables {
         control.mitsubishi_variables = matches!(variables, ModalVariablesFile::Mitsubishi);
+    }
+    if let Some(end) = file.program.end {
+        control.ends_with_text = end == ProgramEndFile::Text;
     }
     if let Some(without) = file.tool_length.without_h {
         control.length_of_tool = matches!(without, WithoutHFile::Tool);
@@ -195,27 +199,36 @@ fn dialect(control: &mut Control, file: &ControlFile, text: &ControlText<'_>) ->
     Ok(())
 }
 
-/// Sources must name keys of the file.
+/// Sources and assumptions must name keys of the file.
 fn sources(file: &ControlFile, text: &ControlText<'_>) -> Checked<()> {
-    let paths = text.paths();
-    for (key, source) in &file.source {
-        let at = ["source", key.as_str()];
-        if source.trim().is_empty() {
-            return Err(text.error(
-                "control-empty-text",
-                &at,
-                "the source is empty",
-                "write where the value comes from",
-            ));
-        }
-        let known = key == "*" || paths.iter().any(|p| p == key || p.split('.').next() == Some(key));
-        if !known {
-            let names: Vec<&str> = paths.iter().map(String::as_str).filter(|p| !p.starts_with("source.")).collect();
-            let message = format!("the file has no key {key}");
-            return Err(text.error("control-unknown-key", &at, message, nearest(key, &names)));
+    let paths: Vec<String> =
+        text.paths().into_iter().filter(|p| !p.starts_with("source.") && !p.starts_with("assumed.")).collect();
+    for (table, what, entries) in [("source", "source", &file.source), ("assumed", "reason", &file.assumed)] {
+        for (key, words) in entries {
+            let at = [table, key.as_str()];
+            if words.trim().is_empty() {
+                let remedy = match table {
+                    "source" => "write where the value comes from",
+                    _ => "write why the value is likely",
+                };
+                return Err(text.error("control-empty-text", &at, format!("the {what} is empty"), remedy));
+            }
+            let known = key == "*" || paths.iter().any(|p| p == key || p.split('.').next() == Some(key));
+            if !known {
+                let names: Vec<&str> = paths.iter().map(String::as_str).collect();
+                let message = format!("the file has no key {key}");
+                return Err(text.error("control-unknown-key", &at, message, nearest(key, &names)));
+            }
         }
     }
     Ok(())
+}
+
+/// What a file states ends the assumption of its parents about the same key; what it assumes comes on top.
+fn assumed(control: &mut Control, file: &ControlFile, text: &ControlText<'_>) {
+    let stated = text.paths();
+    control.assumed.retain(|key, _| !stated.contains(key));
+    control.assumed.extend(file.assumed.iter().map(|(key, why)| (key.clone(), why.clone())));
 }
 
 fn skipped(levels: &[u8], dialect: Dialect, text: &ControlText<'_>) -> Checked<u16> {

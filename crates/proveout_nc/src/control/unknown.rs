@@ -5,14 +5,18 @@ use std::fmt;
 use std::path::Path;
 
 use super::words::{WordKey, word_key};
+use crate::channel::doubt::Doubt;
 use crate::codes;
 use crate::diagnostic::{Diagnostic, Diagnostics, FaultSubject};
-use crate::dialect::{self, listed::UnlistedWords};
+use crate::dialect::listed::{UnlistedWords, WordState};
+use crate::dialect::{self};
 use crate::program::Program;
 use crate::settings::{Dialect, Settings};
 
 /// Lines that cannot be read of which the table shows the place.
 const SHOWN_LINES: usize = 5;
+/// Letters whose values often belong to a word of the machine builder: no axes, feeds, speeds and tools.
+const OWN_LETTERS: &str = "PQELRDHJIK";
 /// Limit of faults after which the run goes on to find further names.
 const MOST_FAULTS: u32 = 200_000;
 
@@ -29,6 +33,12 @@ pub struct UnknownWord {
     pub line: String,
     /// What the reader does with it now.
     pub now: &'static str,
+    /// What that is, for those who decide by it.
+    pub(crate) state: WordState,
+    /// Letters of its blocks that may belong to it, and are no axes.
+    pub(crate) letters: String,
+    /// One of its blocks has a word of an axis.
+    pub(crate) moves: bool,
 }
 
 /// All of them, in the order of G words, M words and names, and what of the text cannot be read at all.
@@ -78,7 +88,7 @@ impl UnknownWords {
                         && places.insert((fault.file.to_string(), fault.line, fault.column))
                     {
                         let first = (fault.file.to_string(), fault.line, fault.column);
-                        put(&mut found, key, first, &fault.source_line, "refused: unknown");
+                        put(&mut found, key, first, &fault.source_line, WordState::Unknown);
                     }
                     faults += 1;
                     if faults > MOST_FAULTS || !program.recover() {
@@ -122,7 +132,7 @@ fn put(
     key: WordKey,
     first: (String, u32, u32),
     line: &str,
-    now: &'static str,
+    state: WordState,
 ) {
     let word = key.to_string();
     let entry = found.entry(key).or_insert_with(|| UnknownWord {
@@ -130,13 +140,33 @@ fn put(
         count: 0,
         first: first.clone(),
         line: line.trim().to_owned(),
-        now,
+        now: state.text(),
+        state,
+        letters: String::new(),
+        moves: false,
     });
     entry.count += 1;
+    entry.moves |= Doubt::of_text(line).axes != 0;
+    for letter in letters(line).filter(|letter| OWN_LETTERS.contains(*letter)) {
+        if !entry.letters.contains(letter) {
+            entry.letters.push(letter);
+        }
+    }
     if first < entry.first {
         entry.first = first;
         entry.line = line.trim().to_owned();
     }
+}
+
+/// Letters that begin a word of a block, without its comments.
+fn letters(line: &str) -> impl Iterator<Item = char> {
+    let code: String = line.split(['(', ';']).next().unwrap_or_default().to_ascii_uppercase();
+    let bytes: Vec<char> = code.chars().collect();
+    let single = |at: usize| {
+        let alone = at == 0 || !bytes[at - 1].is_ascii_alphabetic();
+        alone && bytes[at].is_ascii_uppercase() && bytes.get(at + 1).is_none_or(|c| !c.is_ascii_alphabetic())
+    };
+    (0..bytes.len()).filter(|at| single(*at)).map(|at| bytes[at]).collect::<Vec<_>>().into_iter()
 }
 
 impl fmt::Display for UnknownWords {
@@ -155,7 +185,7 @@ impl fmt::Display for UnknownWords {
             )?;
             writeln!(f, "# does, kinematics, call, macro, message, note, ignore (docs/controls.md).")?;
         }
-        for UnknownWord { word, count, first: (file, line, column), line: text, now } in &self.words {
+        for UnknownWord { word, count, first: (file, line, column), line: text, now, .. } in &self.words {
             let times = if *count == 1 { "once".to_owned() } else { format!("{count} times, first") };
             let key = if word.contains('.') { format!("\"{word}\"") } else { word.clone() };
             let shown: String = text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(100).collect();

@@ -66,12 +66,37 @@ pub(crate) fn each_line<B: Default>(
     }
 }
 
+/// What a reader does with a word that its control has no meaning for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum WordState {
+    /// It is named in a note and does nothing.
+    Noted,
+    /// It is refused, since nothing says what it means.
+    Unknown,
+    /// It is refused: the twin does not do what it means.
+    NotSupported,
+    /// It is refused: it needs a datum that nothing states.
+    NoDatum,
+}
+
+impl WordState {
+    /// For the list of unknown words.
+    pub(crate) fn text(self) -> &'static str {
+        match self {
+            Self::Noted => "a note, without effect",
+            Self::Unknown => "refused: unknown",
+            Self::NotSupported => "refused: not supported",
+            Self::NoDatum => "refused: its datum is not stated",
+        }
+    }
+}
+
 /// Words of a file that the control has no meaning for, and lines that cannot be read.
 #[derive(Debug)]
 pub(crate) struct UnlistedWords<'a> {
     source: &'a Source,
     /// Word, column, line, text of the line, and what the reader does with it.
-    pub(crate) words: Vec<(WordKey, u32, u32, String, &'static str)>,
+    pub(crate) words: Vec<(WordKey, u32, u32, String, WordState)>,
     pub(crate) faults: Vec<Diagnostic>,
 }
 
@@ -80,7 +105,7 @@ impl<'a> UnlistedWords<'a> {
         Self { source, words: Vec::new(), faults: Vec::new() }
     }
 
-    pub(crate) fn word(&mut self, key: WordKey, span: Span, at: Mark, line: &str, now: &'static str) {
+    pub(crate) fn word(&mut self, key: WordKey, span: Span, at: Mark, line: &str, now: WordState) {
         self.words.push((key, column_and_length(line, span).0, at.line, line.to_owned(), now));
     }
 
@@ -89,7 +114,7 @@ impl<'a> UnlistedWords<'a> {
         &mut self,
         at: Mark,
         line: &str,
-        words: Result<impl Iterator<Item = (WordKey, Span, &'static str)>, Fault>,
+        words: Result<impl Iterator<Item = (WordKey, Span, WordState)>, Fault>,
     ) {
         match words {
             Err(fault) => self.fault(fault, at, line),

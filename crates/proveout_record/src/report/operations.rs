@@ -1,6 +1,10 @@
-//! Time, feed and removal by operation: the stretch from a tool change or message of the program to the next.
+//! Time, feed and removal by operation: the stretch from a tool change, a message or a comment that names an
+//! operation to the next.
+
+use std::{collections::BTreeMap, sync::Arc};
 
 use proveout_controller::{Event, MoveKind};
+use proveout_sim::listing;
 use proveout_sim::observer::{Batch, BlockRow, Setup};
 
 /// Largest number of separate operations; everything after counts to the last one.
@@ -76,10 +80,14 @@ impl Operation {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Operations {
     all: Vec<Operation>,
+    /// Names in comments by file: line and name.
+    heads: BTreeMap<Arc<str>, Vec<(u32, String)>>,
+    /// File and line of the block before.
+    last: Option<(Arc<str>, u32)>,
 }
 
 impl Operations {
-    pub(crate) fn take(&mut self, _setup: &Setup<'_>, batch: &Batch<'_>) {
+    pub(crate) fn take(&mut self, setup: &Setup<'_>, batch: &Batch<'_>) {
         for event in batch.events {
             match event {
                 Event::ToolChange { block, .. } => self.begin(*block, ""),
@@ -88,6 +96,9 @@ impl Operations {
             }
         }
         for row in batch.blocks {
+            if let Some(name) = self.head_before(row, |file| listing::operations(setup, file)) {
+                self.begin(row.block, &name);
+            }
             if self.all.first().is_none_or(|first| row.block < first.block) {
                 self.all.insert(0, Operation { block: row.block, ..Operation::default() });
             }
@@ -96,17 +107,32 @@ impl Operations {
         }
     }
 
+    /// The name in a comment between the block before and this one; where several stand there, the last.
+    fn head_before(&mut self, row: &BlockRow, read: impl FnOnce(&str) -> Vec<(u32, String)>) -> Option<String> {
+        let heads = self.heads.entry(Arc::clone(&row.file)).or_insert_with(|| read(&row.file));
+        let from = match &self.last {
+            Some((file, line)) if *file == row.file => *line,
+            _ => 0,
+        };
+        self.last = Some((Arc::clone(&row.file), row.line));
+        let at = heads.partition_point(|(line, _)| *line <= row.line).checked_sub(1)?;
+        heads.get(at).filter(|(line, _)| *line > from).map(|(_, name)| name.clone())
+    }
+
     fn begin(&mut self, block: u32, text: &str) {
         let text: String = text.chars().take(MOST_CHARS).collect();
-        // A message right before or after a tool change names the same operation.
-        if let Some(last) = self.all.last_mut().filter(|o| block <= o.block + 1 && o.feed_s == 0.0) {
+        // Tool changes and messages of a stretch come before its blocks.
+        let at = self.all.partition_point(|o| o.block <= block);
+        let before = at.checked_sub(1).and_then(|before| self.all.get_mut(before));
+        // A message or a comment right before or after a tool change names the same operation.
+        if let Some(last) = before.filter(|o| block <= o.block + 1 && o.feed_s == 0.0) {
             if last.text.is_empty() {
                 last.text = text;
             }
             return;
         }
         if self.all.len() < MOST {
-            self.all.push(Operation { block, text, ..Operation::default() });
+            self.all.insert(at, Operation { block, text, ..Operation::default() });
         }
     }
 
@@ -151,6 +177,20 @@ mod tests {
         assert_eq!(Operation::default().feed(), None);
         o.block(&row(5, MoveKind::Feed, f64::NAN, 1.0, Some(1.0)));
         assert_eq!(o.time_s, 15.0);
+    }
+
+    #[test]
+    fn a_comment_between_two_blocks_begins_an_operation() {
+        let mut all = Operations::default();
+        let heads = || vec![(12, "ROUGH".to_owned()), (15, "FINISH".to_owned())];
+        let begun: Vec<Option<String>> =
+            (1..8).map(|block| all.head_before(&row(block, MoveKind::Feed, 1.0, 1.0, None), |_| heads())).collect();
+        // Rows are at the lines 11 to 17.
+        let named = |name: &str| Some(name.to_owned());
+        assert_eq!(begun, [None, named("ROUGH"), None, None, named("FINISH"), None, None]);
+        // A loop that comes back before the head begins it again.
+        assert_eq!(all.head_before(&row(3, MoveKind::Feed, 1.0, 1.0, None), |_| Vec::new()), None);
+        assert_eq!(all.head_before(&row(6, MoveKind::Feed, 1.0, 1.0, None), |_| Vec::new()), named("FINISH"));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeSet, fs};
 
-use proveout_nc::ProgramText;
+use proveout_nc::{OperationHead, ProgramText, operation_heads};
 
 use crate::observe::observer::Setup;
 
@@ -54,6 +54,20 @@ pub fn lines(setup: &Setup<'_>, file: &str, wanted: &Wanted) -> Option<Listing> 
     let text = ProgramText::open(opened).ok()?;
     let all: Vec<&str> = text.all().collect();
     Some(picked(file, all.len(), wanted, |n| all.get(n - 1).copied()))
+}
+
+/// Operations of a file by its name in findings: line of each head, from 1, and name; none where the file cannot be
+/// read any more or is above 64 MiB.
+pub fn operations(setup: &Setup<'_>, file: &str) -> Vec<(u32, String)> {
+    let told = |heads: Vec<OperationHead>| heads.into_iter().map(|head| (head.line, head.name)).collect();
+    if let Some(made) = setup.made.filter(|m| m.file == file) {
+        return told(operation_heads(made.text.lines()));
+    }
+    let Some((opened, _)) = setup.sources.iter().find(|(_, shown)| ***shown == *file) else { return Vec::new() };
+    if !fs::metadata(opened).is_ok_and(|about| about.len() <= MOST_BYTES) {
+        return Vec::new();
+    }
+    ProgramText::open(opened).map_or_else(|_| Vec::new(), |text| told(operation_heads(text.all())))
 }
 
 fn picked<'t>(file: &str, count: usize, wanted: &Wanted, line: impl Fn(usize) -> Option<&'t str>) -> Listing {

@@ -28,7 +28,7 @@ mod words;
 mod writer;
 
 use super::Reader;
-use super::listed::UnlistedWords;
+use super::listed::{UnlistedWords, WordState};
 use crate::control::words::{WordKey, word_key};
 use crate::diagnostic::Diagnostic;
 use crate::settings::Settings;
@@ -50,8 +50,8 @@ pub(crate) fn unlisted_words(source: &Source, settings: &Settings, found: &mut U
             Err(bad) => found.faults.push(bad.diagnostic(source)),
             Ok(()) if !statement.major.is_empty() && !statement.assignment => {
                 let now = match words::classify(&statement.major) {
-                    words::MajorWordClass::Unknown => Some("refused: unknown"),
-                    words::MajorWordClass::Refused(_) => Some("refused: not supported"),
+                    words::MajorWordClass::Unknown => Some(WordState::Unknown),
+                    words::MajorWordClass::Refused(_) => Some(WordState::NotSupported),
                     words::MajorWordClass::Done | words::MajorWordClass::Note => None,
                 };
                 let key = word_key(&statement.major).filter(|key| matches!(key, WordKey::Name(_)));

@@ -11,7 +11,7 @@ use crate::channel::{Language, direction_of};
 use crate::codes;
 use crate::control::{Control, Meaning};
 use crate::diagnostic::{Fault, Span};
-use crate::dialect::listed::{refused_by, unlisted};
+use crate::dialect::listed::{WordState, refused_by, unlisted};
 use crate::frame::add_scaled;
 use crate::machine_data::KinematicsKind;
 use crate::{AxisValues, Op, Retract, SpindleDirection};
@@ -116,15 +116,15 @@ pub(crate) fn refused_function(m: &MWord, control: &Control) -> Option<Fault> {
 
 /// What the reader does with a function defined neither by itself nor by the control file; none for
 /// the others.
-pub(crate) fn unlisted_function(m: &MWord, control: &Control) -> Option<&'static str> {
+pub(crate) fn unlisted_function(m: &MWord, control: &Control) -> Option<WordState> {
     if control.words.m(m.code).is_some() {
         return None;
     }
     match (refused_function(m, control).is_some(), is_known(m.code)) {
-        (true, true) => Some("refused: not supported"),
-        (true, false) => Some("refused: unknown"),
+        (true, true) => Some(WordState::NotSupported),
+        (true, false) => Some(WordState::Unknown),
         (false, true) => None,
-        (false, false) => Some("a note, without effect"),
+        (false, false) => Some(WordState::Noted),
     }
 }
 

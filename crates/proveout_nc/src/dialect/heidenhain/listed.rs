@@ -76,7 +76,8 @@ impl Interpreter {
         let Some(value) = self.variables.given(&name).or_else(|| self.system_value(numbers)) else {
             let message = format!("FN 18 reads {name} of the control, and its value is not known");
             return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message)
-                .help(format!("give \"{name}\" among the variables of the control file, or with --variable")));
+                .help(format!("give \"{name}\" among the variables of the control file, or with --variable"))
+                .of_variable(name));
         };
         self.variables.assign(target, Val::Number(value), span)
     }

@@ -49,7 +49,7 @@ mod words;
 use std::path::PathBuf;
 
 use super::Reader;
-use super::listed::UnlistedWords;
+use super::listed::{UnlistedWords, WordState};
 use crate::control::words::{Builtin, WordKey};
 use crate::diagnostic::Diagnostic;
 use crate::settings::{Dialect, Settings};
@@ -89,7 +89,7 @@ pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Setti
                     _ => None,
                 };
                 if let Some(key) = key.filter(|key| settings.control.words.name(key).is_none()) {
-                    found.word(WordKey::Name(key), block.span, at, text.text, "refused: unknown");
+                    found.word(WordKey::Name(key), block.span, at, text.text, WordState::Unknown);
                 }
                 let named =
                     |axis: usize| settings.variables.contains_key(&format!("M92_{}", crate::AXIS_LETTERS[axis]));
@@ -98,7 +98,7 @@ pub(crate) fn unlisted_words(dialect: Dialect, source: &Source, settings: &Setti
                     && settings.control.words.m(92).is_none()
                     && (0..9).any(|axis| block.words.programmed >> axis & 1 == 1 && !named(axis))
                 {
-                    found.word(WordKey::M(92), m.span, at, text.text, "refused: its datum is not stated");
+                    found.word(WordKey::M(92), m.span, at, text.text, WordState::NoDatum);
                 }
                 for m in &block.words.functions {
                     if let Some(now) = functions::unlisted_function(m, &settings.control) {

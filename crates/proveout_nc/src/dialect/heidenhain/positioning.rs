@@ -114,6 +114,7 @@ impl Interpreter {
                     span,
                     &format!("its datum is set by the machine builder: {} (mm, degrees), or write M91", give(&name)),
                 )
+                .of_variable(name)
             },
         )
     }

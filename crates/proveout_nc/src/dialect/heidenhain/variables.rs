@@ -103,7 +103,7 @@ impl QParameters {
             (Kind::Global, 100..=199) => format!("the control sets it: {}", give(&name)),
             _ => format!("write {name} = 0 before it is used, or {}", give(&name)),
         };
-        Fault::new(codes::UNKNOWN_VARIABLE, span, format!("`{name}` has no value")).help(help)
+        Fault::new(codes::UNKNOWN_VARIABLE, span, format!("`{name}` has no value")).help(help).of_variable(name)
     }
 
     pub(crate) fn value(&self, value: Value, span: Span) -> Result<f64, Fault> {

@@ -22,7 +22,7 @@ use crate::codes;
 use crate::control::words::WordKey;
 use crate::control::{Control, DwellUnit, Meaning};
 use crate::diagnostic::{Fault, Span, twice};
-use crate::dialect::listed::{refused_by, unlisted};
+use crate::dialect::listed::{WordState, refused_by, unlisted};
 use crate::g_code::*;
 use crate::{Dwell, Op};
 
@@ -587,7 +587,7 @@ pub(crate) fn unlisted_word(
     assumed: bool,
     control: &Control,
     word: &IsoWord,
-) -> Option<(WordKey, &'static str)> {
+) -> Option<(WordKey, WordState)> {
     let WordValue::Number { value, .. } = word.value else { return None };
     match word.letter {
         b'G' => {
@@ -596,8 +596,8 @@ pub(crate) fn unlisted_word(
                 return None;
             }
             let now = match words::class(flavor, assumed, control, code) {
-                GWordClass::Unknown => "refused: unknown",
-                GWordClass::Refused(_) => "refused: not supported",
+                GWordClass::Unknown => WordState::Unknown,
+                GWordClass::Refused(_) => WordState::NotSupported,
                 GWordClass::Known(_) | GWordClass::Note => return None,
             };
             control.words.g(code).is_none().then_some((WordKey::G(code), now))
@@ -608,9 +608,9 @@ pub(crate) fn unlisted_word(
                 return None;
             }
             let now = match words::function(flavor, code) {
-                Function::Note if control.refuses_unlisted => "refused: unknown",
-                Function::Note => "a note, without effect",
-                Function::Refused(_) | Function::Kinematics => "refused: not supported",
+                Function::Note if control.refuses_unlisted => WordState::Unknown,
+                Function::Note => WordState::Noted,
+                Function::Refused(_) | Function::Kinematics => WordState::NotSupported,
                 _ => return None,
             };
             control.words.m(code).is_none().then_some((WordKey::M(code), now))

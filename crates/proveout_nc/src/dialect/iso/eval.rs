@@ -129,7 +129,9 @@ impl Interpreter {
         }
         if let Some(common) = osp::common(number) {
             let message = format!("VC{common} keeps its value in the control, and the program has not set it");
-            return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message).help(give(&format!("VC{common}"))));
+            return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message)
+                .help(give(&format!("VC{common}")))
+                .of_variable(format!("VC{common}")));
         }
         if let Some(value) = self.system_number(number, span)? {
             return Ok(Some(value));
@@ -148,7 +150,9 @@ impl Interpreter {
         }
         if (500..=999).contains(&number) || (10_000..=10_999).contains(&number) {
             let message = format!("#{number} keeps its value in the control, and the program has not set it");
-            return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message).help(give(&format!("#{number}"))));
+            return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message)
+                .help(give(&format!("#{number}")))
+                .of_variable(format!("#{number}")));
         }
         if (200..=499).contains(&number) && self.own.flavor == super::flavor::Flavor::Haas {
             return Ok(None);
@@ -177,7 +181,8 @@ impl Interpreter {
             return Ok(value);
         }
         Err(Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the parameter `#<{name}>` has no value"))
-            .help(format!("assign it first, or {}", give(&format!("#<{name}>")))))
+            .help(format!("assign it first, or {}", give(&format!("#<{name}>"))))
+            .of_variable(format!("#<{name}>")))
     }
 
     /// Assigns after all values of the block are known.
@@ -268,4 +273,5 @@ fn bits(operator: Operator, a: f64, b: f64, span: Span) -> Result<f64, Fault> {
 pub(crate) fn unknown_system(name: &str, span: Span) -> Fault {
     Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system parameter `{name}` is not known to the twin"))
         .help(format!("{}, or remove its use", give(name)))
+        .of_variable(name)
 }

@@ -17,7 +17,7 @@ use crate::scan::Scanner;
 pub(crate) type Expr = expression::Expr<IndexedParameter>;
 
 /// Functions, longer names before their beginnings.
-const FUNCTIONS: [(&str, Function); 14] = [
+const FUNCTIONS: [(&str, Function); 16] = [
     ("SIN", Function::Sin),
     ("COS", Function::Cos),
     ("TAN", Function::Tan),
@@ -32,6 +32,8 @@ const FUNCTIONS: [(&str, Function); 14] = [
     ("FUP", Function::AwayFromZero),
     ("EXP", Function::Exp),
     ("LN", Function::Ln),
+    ("BIN", Function::FromDigits),
+    ("BCD", Function::ToDigits),
 ];
 
 /// The function that asks whether a parameter has a value.
@@ -181,7 +183,9 @@ fn function(text: &mut ExprText<'_, '_>, depth: u32) -> Result<Expr, Fault> {
         return Ok(Expr::Call(EXISTS.to_owned(), vec![Some(formula::bracket(text, depth + 1)?)]));
     }
     // SQRT before SQR, ATAN before nothing shorter: the table is in the order of the longest name.
-    let found = FUNCTIONS.into_iter().find(|(name, _)| next_is(s, name));
+    let known =
+        |function: Function| !flavor.is_linuxcnc() || !matches!(function, Function::FromDigits | Function::ToDigits);
+    let found = FUNCTIONS.into_iter().find(|(name, function)| known(*function) && next_is(s, name));
     let Some((name, function)) = found else {
         let word = s.identifier().to_owned();
         // A local variable of an Okuma; the reader of another control refuses it where it is read.

@@ -57,8 +57,8 @@ pub(crate) fn class(flavor: Flavor, assumed: bool, control: &Control, code: GCod
         // A Fagor: absolute centers, pole, cycles of its own.
         G6 | G93 if control.depth_in_i => GWordClass::Known(Group::OneShot),
         _ if control.depth_in_i && iso::FAGOR.spec(code).is_some() => GWordClass::Known(Group::Cycle),
-        G70 | G71 if assumed || flavor.is_linuxcnc() && control.name.is_empty() => GWordClass::Known(Group::Units),
-        G61_1 if assumed || flavor == Flavor::Fanuc && control.name.is_empty() => GWordClass::Known(Group::PathMode),
+        G70 | G71 if assumed || flavor.is_linuxcnc() && control.is_open() => GWordClass::Known(Group::Units),
+        G61_1 if assumed || flavor == Flavor::Fanuc && control.is_open() => GWordClass::Known(Group::PathMode),
         _ => classify(flavor, code),
     }
 }

@@ -13,7 +13,7 @@ use crate::codes;
 use crate::control::words::WordKey;
 use crate::control::{Control, Meaning, OrientationAngles};
 use crate::diagnostic::{Fault, FaultSubject, Span, twice};
-use crate::dialect::listed::{refused_by, unlisted};
+use crate::dialect::listed::{WordState, refused_by, unlisted};
 use crate::g_code::GCode;
 use crate::{AxisValues, Op, OrientationInterpolation, PathMode, ToolName};
 
@@ -521,7 +521,7 @@ pub(crate) fn refused_word(word: &Word, control: &Control) -> Option<Fault> {
 }
 
 /// A word defined neither by the reader nor by the control file, and what the reader does with it.
-pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, &'static str)> {
+pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, WordState)> {
     match &word.kind {
         WordKind::Address { letter: b'G', extension: None, value: AddressValue::Number(code) }
             if (0.0..G_TOLD).contains(code) =>
@@ -531,7 +531,7 @@ pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, 
                 return None;
             }
             let known = words::refused_g(code).is_some();
-            Some((WordKey::G(GCode(code, 0)), if known { "refused: not supported" } else { "refused: unknown" }))
+            Some((WordKey::G(GCode(code, 0)), if known { WordState::NotSupported } else { WordState::Unknown }))
         }
         WordKind::Address { letter: b'M', extension: None | Some(1), value: AddressValue::Number(code) }
             if (0.0..M_TOLD).contains(code) =>
@@ -540,12 +540,12 @@ pub(crate) fn unlisted_word(word: &Word, control: &Control) -> Option<(WordKey, 
             if is_function(code) || control.words.m(code).is_some() {
                 return None;
             }
-            let now = if control.refuses_unlisted { "refused: unknown" } else { "a note, without effect" };
+            let now = if control.refuses_unlisted { WordState::Unknown } else { WordState::Noted };
             Some((WordKey::M(code), now))
         }
         WordKind::Name(name) | WordKind::Call(Call { name, .. }) => {
             let refused = matches!(words::classify_name(name), Class::Refused(_)) && control.words.name(name).is_none();
-            refused.then(|| (WordKey::Name(name.clone()), "refused: not supported"))
+            refused.then(|| (WordKey::Name(name.clone()), WordState::NotSupported))
         }
         _ => None,
     }

@@ -7,7 +7,7 @@ use super::parser::Type;
 use super::system::subject_of;
 use crate::channel::expression::{self, Function, IndexedParameter, Operator, apply, arithmetic, combine, truth};
 use crate::codes;
-use crate::diagnostic::{Fault, Span, give};
+use crate::diagnostic::{Fault, FaultSubject, Span, give};
 
 /// Two numbers that differ by less than this, relative to the larger, are equal: the control compares
 /// relatively too.
@@ -178,6 +178,7 @@ impl Variables {
                 Val::Number(*self.params.get(&index).ok_or_else(|| {
                     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("R{index} is read and was never assigned"))
                         .help(format!("assign it in the program, or {}", give(&format!("R{index}"))))
+                        .of_variable(format!("R{index}"))
                 })?)
             }
             Expr::Name(name) => self.name(name, span)?,
@@ -326,10 +327,11 @@ fn unknown(name: &str, span: Span) -> Fault {
     if name.starts_with('$') {
         return Fault::new(codes::UNSUPPORTED_WORD, span, format!("the system variable `{name}` is not supported"))
             .help(format!("{}, or remove it", give(name)))
-            .about(subject_of(name));
+            .about(subject_of(name).or_else(|| Some(FaultSubject::Variable(name.to_owned()))));
     }
     Fault::new(codes::UNKNOWN_VARIABLE, span, format!("the variable `{name}` is not defined"))
         .help(format!("write DEF REAL {name}, or {}", give(name)))
+        .of_variable(name)
 }
 
 fn position(name: &str, sizes: &[usize], indices: &[usize], span: Span) -> Result<usize, Fault> {

@@ -281,4 +281,5 @@ pub(super) fn pocket_rings(
 fn no_radius(v: &Values, why: &str) -> Fault {
     let message = format!("`{}` needs the radius of the tool, which {why}", v.name());
     v.fault(codes::COMPENSATION, message, "give the tool, or its radius with --variable $P_TOOLR=5")
+        .of_variable("$P_TOOLR")
 }

@@ -239,7 +239,8 @@ impl Interpreter {
         let (number, span) = (v.name(), v.span);
         let unknown = |why: &str| {
             let message = format!("cycle {number} needs the radius of the tool, which {why}");
-            Err(v.fault(codes::COMPENSATION, message, "give the tool, or its radius with --variable Q108=5"))
+            let help = "give the tool, or its radius with --variable Q108=5";
+            Err(v.fault(codes::COMPENSATION, message, help).of_variable("Q108"))
         };
         if matches!(self.settings.compensation, Compensation::ToolCenter(_)) {
             return unknown("the tools do not give");
