@@ -199,7 +199,7 @@ fn figures(v: &Verdict) -> Figures {
         }
     }
     for (name, axis) in &v.axes {
-        let unit = &axis.unit;
+        let unit = axis.unit.name();
         put(&format!("{name}_max_velocity_{unit}_s"), Some(axis.max_velocity));
         put(&format!("{name}_max_acceleration_{unit}_s2"), Some(axis.max_acceleration));
         put(&format!("{name}_max_jerk_{unit}_s3"), Some(axis.max_jerk));
