@@ -7,7 +7,7 @@
 //! with [`planes`] and [`cycles`] with [`boring`], [`bolt_holes`] and [`circle_pocket`]. Chamfers
 //! and roundings are in [`corners`], words of a control file in [`listed`], those of an Okuma in
 //! [`osp`], of a Fagor in [`fagor`] and [`fagor_text`]. [`words`] lists what each control reads,
-//! notes or refuses; [`flavor`] detects the control.
+//! notes or refuses; [`flavor`] detects the control, and [`vendor`] holds its facts.
 
 mod arcs;
 mod block;
@@ -49,6 +49,7 @@ mod system;
 mod technology;
 mod tilt;
 mod variables;
+mod vendor;
 mod words;
 
 use std::path::PathBuf;
