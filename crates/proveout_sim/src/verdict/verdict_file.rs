@@ -458,7 +458,8 @@ pub struct TextureUsed {
     pub unchecked: Vec<String>,
     /// What a reader should know in addition to the values.
     pub remarks: Vec<String>,
-    /// Whether the envelope has no height along the path, so that teeth would leave all of it; absent otherwise.
+    /// Whether the envelope has no height along the path, so that teeth would leave all of it; absent
+    /// otherwise.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub is_flat: bool,
 }

@@ -2,8 +2,8 @@
 //!
 //! Courses after HEIDENHAIN, *TNC 640 Programming of machining cycles*, chapters "Drilling" and "Tapping":
 //! 200 drilling, 201 reaming, 203 universal drilling, 205 universal pecking, 206 and 207 tapping, 209 tapping
-//! with chip breaking, 240 centering, 241 single-fluted deep-hole drilling; 1, 2 and 17 of older controls. The
-//! boring cycles 202 and 204 are in [`super::boring`]. All lengths run along the tool axis:
+//! with chip breaking, 240 centering, 241 single-fluted deep-hole drilling; 1, 2 and 17 of older controls.
+//! The boring cycles 202 and 204 are in [`super::boring`]. All lengths run along the tool axis:
 //!
 //! ```text
 //!   2nd set-up clearance   Q203 + Q204

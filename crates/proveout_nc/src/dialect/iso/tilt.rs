@@ -17,6 +17,7 @@
 //! for a C table that is carried by an A or B trunnion, counted as ISO 841 does (motion of the tool against
 //! the part).
 
+use super::flavor::Flavor;
 use super::interpreter::Interpreter;
 use super::modal::{Length, Plane};
 use super::pending::{AXES, Pending};
@@ -313,10 +314,10 @@ impl Interpreter {
 
     /// P for all axes, or on a Fanuc I J K for each.
     fn scale_factors(&mut self, p: &mut Pending, span: Span) -> Result<[f64; 3], Fault> {
-        let apart = self.vendor().scales_axes_apart;
+        let fanuc = self.own.flavor == Flavor::Fanuc;
         let points = [b'P', b'I', b'J', b'K'].map(|letter| p.has_point(letter));
         let all = p.take(b'P');
-        let each = [b'I', b'J', b'K'].map(|letter| p.take(letter).filter(|_| apart));
+        let each = [b'I', b'J', b'K'].map(|letter| p.take(letter).filter(|_| fanuc));
         let wrong =
             |code: &'static str, message: String, help: &'static str| Err(Fault::new(code, span, message).help(help));
         let one = |value: f64, point: bool| if fanuc && !point { value / 1000.0 } else { value };

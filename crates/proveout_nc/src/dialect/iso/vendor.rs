@@ -1,5 +1,5 @@
-//! Facts of the controls that speak ISO 6983, one field a fact: what a Fanuc, a Haas and a `LinuxCNC` do where
-//! they differ. The grammar of a language, RS274 or macro B, is a question to [`Flavor`] itself.
+//! Facts of the controls that speak ISO 6983, one field a fact: what a Fanuc, a Haas and a `LinuxCNC` do
+//! where they differ. The grammar of a language, RS274 or macro B, is a question to [`Flavor`] itself.
 //!
 //! Sources: those of the words (`words.rs`) and of the coverage table in the README.
 
@@ -73,8 +73,6 @@ pub(crate) struct Vendor {
     pub(crate) stops_before_motion: bool,
     /// A tool change leaves X and Y where they are.
     pub(crate) tool_change_keeps_xy: bool,
-    /// `G51` takes a factor for each axis.
-    pub(crate) scales_axes_apart: bool,
     /// A G word must not be written twice in a block.
     pub(crate) refuses_word_twice: bool,
     /// A change of the unit forgets the feed.
@@ -114,7 +112,6 @@ static FANUC: Vendor = Vendor {
     speed_limit_in_d: false,
     stops_before_motion: false,
     tool_change_keeps_xy: false,
-    scales_axes_apart: true,
     refuses_word_twice: false,
     unit_forgets_feed: true,
 };
@@ -152,7 +149,6 @@ static HAAS: Vendor = Vendor {
     speed_limit_in_d: false,
     stops_before_motion: false,
     tool_change_keeps_xy: false,
-    scales_axes_apart: false,
     refuses_word_twice: false,
     unit_forgets_feed: true,
 };
@@ -190,7 +186,6 @@ static LINUXCNC: Vendor = Vendor {
     speed_limit_in_d: true,
     stops_before_motion: true,
     tool_change_keeps_xy: true,
-    scales_axes_apart: false,
     refuses_word_twice: true,
     unit_forgets_feed: false,
 };
