@@ -31,7 +31,7 @@ impl Interpreter {
         }
         let [u, v, w] = self.modal.plane_axes();
         let start = self.arc_start("the arc", [u, v, w], span)?;
-        let turns = if self.vendor().arcs_take_turns { p.take(b'P') } else { None };
+        let turns = if self.own.flavor.is_linuxcnc() { p.take(b'P') } else { None };
         let radius = self.length_of(p, b'R');
         let mut center = start;
         let mut words = [None; 3];
@@ -57,7 +57,8 @@ impl Interpreter {
         let to = [end.get(u).unwrap_or(start[u]), end.get(v).unwrap_or(start[v])];
         let tolerance = self.settings.arc_limit();
         let result = match radius {
-            Some(radius) if has_center && self.vendor().radius_before_center => {
+            // A Fanuc takes R and leaves I, J and K out of account.
+            Some(radius) if has_center && self.own.flavor == Flavor::Fanuc => {
                 self.note("I, J and K have no effect together with R: the control uses R");
                 center = start;
                 arc::from_radius(flat(start), to, radius, clockwise, tolerance)
@@ -143,7 +144,7 @@ impl Interpreter {
         center: [f64; 2],
         clockwise: bool,
     ) -> Result<PlaneArc, ArcFault> {
-        if !self.vendor().runs_spirals {
+        if !self.own.flavor.is_linuxcnc() {
             return found;
         }
         let kept = |radius| Ok(PlaneArc { center, radius, sweep: arc::sweep(start, end, center, clockwise) });

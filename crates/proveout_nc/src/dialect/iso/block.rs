@@ -128,7 +128,7 @@ impl Interpreter {
         }
         match words::class(self.own.flavor, self.own.assumed, &self.settings.control, code) {
             GWordClass::Known(group) => match p.put_g(code, group) {
-                Ok(Some(other)) if group != Group::ExactStop && (other != code || self.vendor().refuses_word_twice) => {
+                Ok(Some(other)) if group != Group::ExactStop && (other != code || self.own.flavor.is_linuxcnc()) => {
                     let message = format!("{other} and {code} exclude each other in a block");
                     Err(Fault::new(codes::CONFLICT, span, message).help("write them in blocks of their own"))
                 }
@@ -302,7 +302,7 @@ impl Interpreter {
             self.assume(format!("{code} sets lengths in {unit}, {other}"));
         }
         self.modal.inch = Some(matches!(code, G20 | G70));
-        if before != self.modal.unit() && self.vendor().unit_forgets_feed {
+        if before != self.modal.unit() && !self.own.flavor.is_linuxcnc() {
             self.own.feed = None;
             if p.has(b'F') {
                 let unit = if self.modal.inch == Some(true) { "inch" } else { "mm" };

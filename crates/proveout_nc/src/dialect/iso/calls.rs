@@ -33,7 +33,7 @@ impl Interpreter {
         let number = whole(program, "P", 99_999_999.0, span)?;
         let mut passes = count(times, span)?;
         let mut found = self.find_program(&number.to_string(), span)?;
-        if self.vendor().passes_before_number && number > 9999 && times.is_none() {
+        if self.own.flavor == Flavor::Fanuc && number > 9999 && times.is_none() {
             // The last four digits are the program, those before the number of passes.
             let split = self.find_program(&(number % 10_000).to_string(), span)?;
             if found.is_some() && split.is_some() {

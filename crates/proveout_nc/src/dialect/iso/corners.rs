@@ -45,7 +45,7 @@ impl Interpreter {
 
     /// What the words ask for; zero asks for nothing.
     fn corner_kind(&self, p: &mut Pending, span: Span) -> Result<Option<CornerKind>, Fault> {
-        let circles = self.vendor().rounds_circles;
+        let circles = self.own.flavor == Flavor::Fanuc;
         let fits = self.modal.cycle.is_none()
             && match self.modal.motion {
                 Some(MotionMode::Linear) => true,

@@ -157,7 +157,7 @@ impl Interpreter {
     fn unit_of_cycle(&mut self, code: GCode, span: Span) -> Result<(), Fault> {
         let unit = self.modal.unit();
         let before = self.own.cycle.unit.replace(unit);
-        if self.vendor().unit_stays_in_cycle && before.is_some_and(|before| before != unit) {
+        if self.own.flavor.is_linuxcnc() && before.is_some_and(|before| before != unit) {
             let message = format!("the unit changes under {code}, whose values the control would read in the new one");
             return Err(Fault::new(codes::CONFLICT, span, message).help("write G80, the unit, and the cycle again"));
         }
@@ -194,7 +194,7 @@ impl Interpreter {
         let stated = self.settings.control.parameters.return_level;
         let to_r = match stated {
             Some(level) => level == ReturnLevel::RPlane,
-            None => self.vendor().returns_to_r_at_start,
+            None => self.own.flavor.is_linuxcnc(),
         };
         self.modal.return_to_r = Some(to_r);
         if stated.is_none() && to_r && levels.initial.is_none_or(|initial| initial > levels.r) {
@@ -216,7 +216,7 @@ impl Interpreter {
     /// position (*G-code reference*, "Canned cycles", errors). On a Fanuc and a Haas they take part
     /// in the positioning.
     fn no_rotary_motion(&self, p: &Pending, code: GCode, span: Span) -> Result<(), Fault> {
-        if !self.vendor().cycles_refuse_rotary {
+        if !self.own.flavor.is_linuxcnc() {
             return Ok(());
         }
         for (axis, &letter) in AXES.iter().enumerate().skip(3).take(3) {
@@ -400,8 +400,10 @@ impl Interpreter {
             let message = format!("{name} without R begins at the level of the tool, which the program has not set");
             Fault::new(codes::POSITION_UNKNOWN, span, message).help("write R, or program Z before the cycle")
         })?;
-        let now = self.vendor().cycle_numbers_follow_mode;
-        let incremental = |word: (f64, bool)| if now { self.modal.incremental } else { word.1 };
+        // A LinuxCNC reads stored numbers by the G90 or G91 now in force, other controls by the one
+        // in force where they were written.
+        let linuxcnc = self.own.flavor.is_linuxcnc();
+        let incremental = |word: (f64, bool)| if linuxcnc { self.modal.incremental } else { word.1 };
         let level = if incremental(r) {
             let message = format!("{name} with G91 needs the level of the tool, which the program has not set");
             let unknown = Fault::new(codes::POSITION_UNKNOWN, span, message).help("program Z before the cycle");
@@ -441,7 +443,7 @@ impl Interpreter {
             )
             .help("program Z before the cycle, or use G99"));
         };
-        Ok(if self.vendor().returns_to_higher_plane { initial.max(levels.r) } else { initial })
+        Ok(if self.own.flavor.is_linuxcnc() { initial.max(levels.r) } else { initial })
     }
 
     /// M53: the level of G71; M54: the R plane.
@@ -523,7 +525,7 @@ impl Interpreter {
         let [first, less, least] = self.own.cycle.ijk;
         // Okuma: I is the infeed of G73, and each time J is reached the tool comes out to the R plane.
         let mut out_after = less.map(f64::abs).filter(|j| stated && code == G73 && *j > 0.0);
-        if self.vendor().pecks_in_ijk && first.is_none() && (less.is_some() || least.is_some()) {
+        if self.own.flavor == Flavor::Haas && first.is_none() && (less.is_some() || least.is_some()) {
             // G73 with K and Q comes out to the R plane each time the infeeds add up to K (Haas, *Mill
             // operator's manual*, G73).
             out_after = least.map(f64::abs).filter(|k| code == G73 && less.is_none() && *k > 0.0);
@@ -535,7 +537,7 @@ impl Interpreter {
         let mut since_out = 0.0;
         let wrong =
             |message: String| Err(Fault::new(codes::ARGUMENTS, span, message).help("write the infeed Q above zero"));
-        let variable = self.vendor().pecks_in_ijk && first.is_some();
+        let variable = self.own.flavor == Flavor::Haas && first.is_some();
         let mut infeed =
             match if variable || stated && code == G73 { first.or(self.own.cycle.q) } else { self.own.cycle.q } {
                 Some(q) if q.abs() > 0.0 => q.abs(),

@@ -98,7 +98,8 @@ impl Interpreter {
             }
             Operator::Angle => {
                 let angle = combine(operator, a, b, span)?;
-                let whole_turn = self.vendor().angles_to_360 && angle < 0.0;
+                // 0 to 360 degrees on a Fanuc (parameter 6004 bit 0 is 0).
+                let whole_turn = self.own.flavor == super::flavor::Flavor::Fanuc && angle < 0.0;
                 Ok(if whole_turn { angle + 360.0 } else { angle })
             }
             _ => combine(operator, a, b, span),
@@ -149,7 +150,7 @@ impl Interpreter {
             let message = format!("#{number} keeps its value in the control, and the program has not set it");
             return Err(Fault::new(codes::UNKNOWN_VARIABLE, span, message).help(give(&format!("#{number}"))));
         }
-        if (200..=499).contains(&number) && self.vendor().variables_to_499 {
+        if (200..=499).contains(&number) && self.own.flavor == super::flavor::Flavor::Haas {
             return Ok(None);
         }
         Err(unknown_system(&format!("#{number}"), span))

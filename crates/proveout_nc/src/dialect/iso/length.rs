@@ -40,7 +40,7 @@ impl Interpreter {
         let level = self.position.work.get(2);
         self.take_length_words(p, span)?;
         let changed = before != (self.modal.length, self.modal.frames.length);
-        if changed && p.axes() & 0b100 == 0 && self.vendor().length_word_moves {
+        if changed && p.axes() & 0b100 == 0 && self.own.flavor == Flavor::Fanuc {
             self.length_alone(level, span)?;
         }
         Ok(())
@@ -88,7 +88,8 @@ impl Interpreter {
 
     fn take_length_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::ToolLength) else {
-            if p.any_free(b"H") && self.vendor().h_is_modal {
+            // H is modal on a Fanuc and a Haas.
+            if p.any_free(b"H") && !self.own.flavor.is_linuxcnc() {
                 let h = self.offset_number(p, b'H', span)?;
                 if matches!(self.modal.length, Length::Edge(_) | Length::Programmed(_)) {
                     self.take_length(h, 1.0, span)?;
@@ -308,7 +309,7 @@ impl Interpreter {
     /// G40 G41 G42 G41.1 G42.1, and D alone.
     pub(crate) fn compensation_words(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::CutterComp) else {
-            if p.any_free(b"D") && self.vendor().d_is_modal {
+            if p.any_free(b"D") && !self.own.flavor.is_linuxcnc() {
                 let before = self.own.d;
                 let number = self.offset_number(p, b'D', span)?;
                 if self.modal.comp != CompSide::Off && before != Some(number) {

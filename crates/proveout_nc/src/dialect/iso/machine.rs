@@ -122,9 +122,9 @@ impl Interpreter {
         }
         let rapid = match self.modal.motion {
             Some(MotionMode::Rapid) => true,
-            Some(MotionMode::Linear) => self.vendor().g53_in_feed,
+            Some(MotionMode::Linear) => self.own.flavor == Flavor::Fanuc,
             None if !self.own.flavor.is_linuxcnc() => true,
-            _ if self.vendor().g53_in_feed => true,
+            _ if self.own.flavor == Flavor::Fanuc => true,
             _ => {
                 return Err(
                     Fault::new(codes::CONFLICT, span, "G53 needs G0 or G1 in force").help("write G0 or G1 with G53")
@@ -170,12 +170,7 @@ impl Interpreter {
     fn length_in_doubt(&mut self, word: &'static str, axes: u16) {
         let length = matches!(self.modal.length, Length::Edge(_) | Length::Programmed(_));
         let runs = self.settings.reference_points.is_some();
-        if runs
-            && self.vendor().length_after_reference_is_set_up
-            && length
-            && !self.modal.in_table()
-            && axes & 0b100 != 0
-        {
+        if runs && self.own.flavor == Flavor::Fanuc && length && !self.modal.in_table() && axes & 0b100 != 0 {
             self.own.length_canceled_by = Some(word);
         }
     }
@@ -203,7 +198,13 @@ impl Interpreter {
         }
         self.position.moved_in_machine(&end, axes, self.modal.in_table());
         if self.modal.tcp && axes != 0 {
-            let word = if self.modal.vectors { "G43.5" } else { self.vendor().tcp_word };
+            let word = if self.modal.vectors {
+                "G43.5"
+            } else if self.own.flavor == Flavor::Haas {
+                "G234"
+            } else {
+                "G43.4"
+            };
             self.assume(under_tcp(word));
         }
         self.go_in_machine(end, axes, rapid, exact_stop);
@@ -229,7 +230,7 @@ impl Interpreter {
             self.assume(format!(
                 "{word} without an axis sends all axes, as on a Haas and a LinuxCNC; a Fanuc refuses it"
             ));
-        } else if named == 0 && self.vendor().reference_needs_axis {
+        } else if named == 0 && self.own.flavor == Flavor::Fanuc {
             return Err(Fault::new(codes::MISSING_VALUE, span, format!("{word} names no axis"))
                 .help(format!("write G91 {word} Z0")));
         }
@@ -250,7 +251,7 @@ impl Interpreter {
         } else {
             (self.reference_point(word, first, axes, span)?, axes)
         };
-        if word == "G28" && self.vendor().g28_cancels_length && self.modal.length != Length::Off {
+        if word == "G28" && self.own.flavor == Flavor::Haas && self.modal.length != Length::Off {
             self.set_length(Length::Off, [0.0; 3]);
             self.set_tcp(false, false);
         }

@@ -7,7 +7,7 @@
 //! with [`planes`] and [`cycles`] with [`boring`], [`bolt_holes`] and [`circle_pocket`]. Chamfers
 //! and roundings are in [`corners`], words of a control file in [`listed`], those of an Okuma in
 //! [`osp`], of a Fagor in [`fagor`] and [`fagor_text`]. [`words`] lists what each control reads,
-//! notes or refuses; [`flavor`] detects the control, and [`vendor`] holds its facts.
+//! notes or refuses; [`flavor`] detects the control.
 
 mod arcs;
 mod block;
@@ -49,7 +49,6 @@ mod system;
 mod technology;
 mod tilt;
 mod variables;
-mod vendor;
 mod words;
 
 use std::path::PathBuf;

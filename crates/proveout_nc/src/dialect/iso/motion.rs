@@ -1,6 +1,7 @@
 //! Straight motions, threads, probing, splines; arcs are in [`super::arcs`].
 
 use super::calls::whole;
+use super::flavor::Flavor;
 use super::modal::{MotionMode, Plane};
 use super::pending::{AXES, Pending};
 use super::run_state::Interpreter;
@@ -38,7 +39,7 @@ impl Interpreter {
             return self.nurbs_block(p, span);
         }
         let unset = self.modal.motion.is_none() && self.settings.control.start.motion.is_none();
-        if unset && axes != 0 && self.vendor().moves_at_power_on {
+        if unset && axes != 0 && !self.own.flavor.is_linuxcnc() {
             self.motion_at_power_on();
         }
         let Some(mode) = self.modal.motion else { return Ok(()) };
@@ -65,7 +66,7 @@ impl Interpreter {
     /// milling (*Mill operator's manual*, G02). Other controls have no such word.
     fn repeats(&self, mode: MotionMode, p: &mut Pending, span: Span) -> Result<u32, Fault> {
         let feed = matches!(mode, MotionMode::Linear | MotionMode::Clockwise | MotionMode::CounterClockwise);
-        if !self.vendor().l_repeats_motion || !feed || !p.any_free(b"L") {
+        if self.own.flavor != Flavor::Haas || !feed || !p.any_free(b"L") {
             return Ok(1);
         }
         let times = whole(p.take(b'L').unwrap_or(1.0), "L", MOST_REPEATS, span)?;
@@ -123,12 +124,12 @@ impl Interpreter {
             )
             .help("write G50 before them"));
         }
-        if self.settings.whole_numbers == WholeNumbers::Refused && self.vendor().has_increments {
+        if self.settings.whole_numbers == WholeNumbers::Refused && !self.own.flavor.is_linuxcnc() {
             self.refuse_whole_numbers(axes, p, span)?;
         }
         let reported = self.settings.whole_numbers == WholeNumbers::Told;
         let assumed = reported || self.settings.whole_numbers == WholeNumbers::Assumed;
-        if !self.own.noted_integers && self.vendor().has_increments && assumed {
+        if !self.own.noted_integers && !self.own.flavor.is_linuxcnc() && assumed {
             let whole = |letter: &&u8| !p.has_point(**letter) && p.peek(**letter).is_some_and(|v| v != 0.0);
             let of_axes = AXES.iter().enumerate().filter(|(i, _)| axes >> i & 1 == 1).map(|(_, letter)| letter);
             if let Some(&letter) = of_axes.chain(self.length_letters()).find(whole) {

@@ -53,9 +53,10 @@ impl Interpreter {
     pub(crate) fn offset_word(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let Some(code) = p.g(Group::WorkOffset) else { return Ok(()) };
         // `G54 P1` is another spelling of `G54.1 P1`.
-        let numbered = code == G54_1 || code == G154 || code == G54 && self.vendor().g54_takes_p && p.any_free(b"P");
+        let numbered =
+            code == G54_1 || code == G154 || code == G54 && self.own.flavor == Flavor::Fanuc && p.any_free(b"P");
         let word = if numbered {
-            let highest = self.vendor().highest_extra_offset;
+            let highest = if self.own.flavor == Flavor::Haas { 99.0 } else { 300.0 };
             let number = p.take(b'P').ok_or_else(|| {
                 Fault::new(codes::MISSING_VALUE, span, format!("{code} has no P")).help("write G54.1 P1 or G154 P1")
             })?;
@@ -114,7 +115,7 @@ impl Interpreter {
     /// G52, G92, G92.1 to G92.3.
     pub(crate) fn shift_word(&mut self, code: GCode, p: &mut Pending, span: Span) -> Result<(), Fault> {
         let word = code.to_string();
-        if code == G92 && p.axes() != 0 && p.has(b'F') && self.vendor().g92_f_cuts_threads {
+        if code == G92 && p.axes() != 0 && p.has(b'F') && !self.own.flavor.is_linuxcnc() {
             return Err(of_a_lathe("G92 with F", "cuts a thread", span));
         }
         if code == G92 && p.axes() == 0 {
@@ -203,8 +204,12 @@ impl Interpreter {
         let Some(list) = list else {
             return Err(Fault::new(codes::MISSING_VALUE, span, "G10 has no L").help("write G10 L2 P1 X0 Y0 Z0"));
         };
-        let number =
-            whole(number.unwrap_or(if list == 20.0 { self.vendor().offset_of_l20 } else { 1.0 }), "P", 999.0, span)?;
+        let number = whole(
+            number.unwrap_or(if list == 20.0 && self.own.flavor.is_linuxcnc() { 0.0 } else { 1.0 }),
+            "P",
+            999.0,
+            span,
+        )?;
         match (list, self.own.flavor) {
             (2.0, _) => {
                 let word = match (number, self.own.flavor) {
@@ -246,7 +251,8 @@ impl Interpreter {
             self.turn_under_shift(word, turn, span)?;
             self.own.turns.insert(key.clone(), turn);
         }
-        let add = self.modal.incremental && self.vendor().g10_adds;
+        // G91 adds on a Fanuc and a Haas; LinuxCNC writes absolute values.
+        let add = self.modal.incremental && !self.own.flavor.is_linuxcnc();
         let offset = self.own.offsets.entry(key).or_default();
         for (axis, value) in values.into_iter().enumerate() {
             let Some(value) = value else { continue };

@@ -90,7 +90,7 @@ impl Interpreter {
     /// S, G96, G97, and the speed limit of G92 S.
     pub(crate) fn speed_words(&mut self, p: &mut Pending, one_shot: Option<GCode>, span: Span) -> Result<(), Fault> {
         let mode = p.g(Group::SpindleMode);
-        let limit = if mode == Some(G96) && self.vendor().speed_limit_in_d { p.take(b'D') } else { None };
+        let limit = if mode == Some(G96) && self.own.flavor.is_linuxcnc() { p.take(b'D') } else { None };
         let Some(speed) = p.take(b'S') else {
             if mode == Some(G96) {
                 return Err(
@@ -161,7 +161,7 @@ impl Interpreter {
     }
 
     pub(crate) fn functions_before(&mut self, p: &mut Pending, span: Span) -> Result<(), Fault> {
-        let early = self.vendor().stops_before_motion;
+        let early = self.own.flavor.is_linuxcnc();
         let list: Vec<u32> = p.m().to_vec();
         for m in list {
             if m >= LISTED {
@@ -251,7 +251,8 @@ impl Interpreter {
     }
 
     fn change_to(&mut self, tool: ToolName) {
-        let stays = self.vendor().tool_change_keeps_xy && !self.modal.in_table() && !self.position.frame().is_rotated();
+        // On a LinuxCNC X and Y stay.
+        let stays = self.own.flavor.is_linuxcnc() && !self.modal.in_table() && !self.position.frame().is_rotated();
         self.change_tool(tool, if stays { 0b100 } else { LINEAR });
         let end = self.settings.control.tool_change;
         let axes = (0..9).fold(0, |axes, axis| axes | u16::from(end.get(axis).is_some()) << axis);
@@ -312,7 +313,7 @@ impl Interpreter {
     }
 
     pub(crate) fn functions_after(&mut self, p: &Pending) {
-        let early = self.vendor().stops_before_motion;
+        let early = self.own.flavor.is_linuxcnc();
         for &m in p.m() {
             match m {
                 5 if !early => self.spindle_off(),
@@ -354,6 +355,6 @@ impl Interpreter {
 
     /// A `LinuxCNC` reads every number as it is written.
     fn has_increments(&self) -> bool {
-        self.vendor().has_increments
+        !self.own.flavor.is_linuxcnc()
     }
 }
