@@ -14,10 +14,10 @@
 //! ```
 //!
 //! The spindle stops at the angle Q336. The bar moves off its edge by Q251 in the direction Q214, down
-//! through the hole and back to its middle. The spindle turns and the bar cuts upward by Q200 + Q249, dwells
-//! (Q255) and comes down again; then it leaves the hole as it came. The manual names the feeds Q253
-//! (positioning) and Q254 (counterbore), and none for the way down out of the counterbore: Q253 is taken, and
-//! said.
+//! through the hole and back to its middle. The spindle turns and the bar cuts upward by Q200 + Q249,
+//! dwells (Q255) and comes down again; then it leaves the hole as it came. The manual names the feeds
+//! Q253 (positioning) and Q254 (counterbore), and none for the way down out of the counterbore: Q253 is
+//! taken, and said.
 
 use super::interpreter::Interpreter;
 use super::motion::Goal;
