@@ -432,13 +432,7 @@ const CASES: &[Case] = &[
         "G21 G0 X1.\nM30\n",
         "is not confirmed: they close",
     ),
-    case(
-        "program.end",
-        FANUC,
-        "dialect = \"fanuc\"\nprogram.end = \"text\"",
-        "G21 G0 X1. Y1. Z1.\n",
-        "\"op\":\"end\"",
-    ),
+    case("program.end", FANUC, "dialect = \"fanuc\"\nprogram.end = \"text\"", "G21 G0 X1. Y1. Z1.\n", "\"op\":\"end\""),
     case(
         "parameters.compensation",
         "dialect = \"fanuc\"\nparameters.radius_offset_mm = { 1 = 0.1 }",

@@ -103,22 +103,24 @@ const NAMES: [(Dialect, &[&str]); 2] = [
     (
         Dialect::Siemens840d,
         &[
-            "TRAORI", "TRAFOOF", "TRANS", "ATRANS", "ROT", "AROT", "MIRROR", "AMIRROR", "SCALE", "ASCALE", "SUPA", "TRANSMIT",
-            "TRACYL", "CFC", "CFIN", "CFTCP", "CDON", "CDOF", "NORM", "KONT", "ORIWKS", "ORIMKS", "ORIAXES", "ORIVECT", "BRISK",
-            "SOFT", "DRIVE", "FFWON", "FFWOF", "COMPON", "COMPCAD", "COMPCURV", "COMPOF", "MCALL", "STOPRE", "REPEAT", "GOTOF",
-            "GOTOB", "GOTO", "DIAMON", "DIAMOF", "TOROT", "TOFRAME", "BSPLINE", "CSPLINE", "ASPLINE", "POLY", "HOLES1", "HOLES2",
-            "POCKET3", "POCKET4", "SLOT1", "SLOT2", "LONGHOLE", "ENDIF", "ENDWHILE", "ENDFOR", "WHILE", "UNTIL", "ELSE", "PROC",
+            "TRAORI", "TRAFOOF", "TRANS", "ATRANS", "ROT", "AROT", "MIRROR", "AMIRROR", "SCALE", "ASCALE", "SUPA",
+            "TRANSMIT", "TRACYL", "CFC", "CFIN", "CFTCP", "CDON", "CDOF", "NORM", "KONT", "ORIWKS", "ORIMKS",
+            "ORIAXES", "ORIVECT", "BRISK", "SOFT", "DRIVE", "FFWON", "FFWOF", "COMPON", "COMPCAD", "COMPCURV",
+            "COMPOF", "MCALL", "STOPRE", "REPEAT", "GOTOF", "GOTOB", "GOTO", "DIAMON", "DIAMOF", "TOROT", "TOFRAME",
+            "BSPLINE", "CSPLINE", "ASPLINE", "POLY", "HOLES1", "HOLES2", "POCKET3", "POCKET4", "SLOT1", "SLOT2",
+            "LONGHOLE", "ENDIF", "ENDWHILE", "ENDFOR", "WHILE", "UNTIL", "ELSE", "PROC",
         ],
     ),
     (
         Dialect::Apt,
         &[
-            "GOTO", "GODLTA", "FEDRAT", "RAPID", "SPINDL", "LOADTL", "CUTTER", "COOLNT", "CIRCLE", "CYCLE", "MULTAX", "UNITS",
-            "PARTNO", "FROM", "HOME", "GOHOME", "TLAXIS", "FINI", "STOP", "DELAY", "MOVARC",
+            "GOTO", "GODLTA", "FEDRAT", "RAPID", "SPINDL", "LOADTL", "CUTTER", "COOLNT", "CIRCLE", "CYCLE", "MULTAX",
+            "UNITS", "PARTNO", "FROM", "HOME", "GOHOME", "TLAXIS", "FINI", "STOP", "DELAY", "MOVARC",
         ],
     ),
 ];
-/// Numbers of the cycles that a Sinumerik has itself: drilling and milling from CYCLE60 on, measuring up to CYCLE998.
+/// Numbers of the cycles that a Sinumerik has itself: drilling and milling from CYCLE60 on, measuring up to
+/// CYCLE998.
 const OWN_CYCLES: std::ops::RangeInclusive<u32> = 60..=998;
 /// A name of five letters and more may have two wrong ones, a shorter one one.
 const LONG_NAME: usize = 5;
@@ -156,7 +158,10 @@ mod tests {
     #[test]
     fn every_row_of_the_table_has_a_meaning_and_whose_word_it_is() {
         for known in KNOWN_WORDS {
-            assert!(known_word(known.family, known.word).is_some_and(|row| !row.whose.is_empty() && !row.means.1.is_empty()));
+            assert!(
+                known_word(known.family, known.word)
+                    .is_some_and(|row| !row.whose.is_empty() && !row.means.1.is_empty())
+            );
         }
     }
 }
