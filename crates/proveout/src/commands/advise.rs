@@ -50,12 +50,7 @@ pub(super) fn print_unknown(
 
 /// Writes the control file that lets the programs be read, and tells what it assumes; false where they need
 /// none.
-pub(super) fn write_control(
-    advice: &Advice,
-    file: &Path,
-    force: bool,
-    tell: &dyn Fn(String),
-) -> Result<bool, Failure> {
+pub(super) fn write_control(advice: &Advice, file: &Path, force: bool, tell: &dyn Fn(String)) -> Result<bool, Failure> {
     const OWN_FAULT: &str = "no statement of a control file mends this";
     if advice.needs_nothing() {
         tell(format!("the program is read without a control file of its own: {} is not written", file.display()));
