@@ -1,10 +1,10 @@
 //! Operations by the names that a CAM system or a programmer gave them in comments.
 //!
-//! Two habits are known. A post may mark every operation: `(OPER: ROUGH)`, `; OPERATION 7`, `* - JOB: 1 ROUGH`,
-//! `TOOL PATH/ROUGH,TOOL,MILL_10`. Where a text has such marks, they alone count. Others write the name as a comment
-//! of its own line before the motions of the operation: `(ROUGH SLOT)`. A comment of its own line is then a head
-//! where at least [`LEAST_MOTIONS`] blocks with coordinates follow it before the next one; remarks between blocks,
-//! descriptions of tools and separators are none.
+//! Two habits are known. A post may mark every operation: `(OPER: ROUGH)`, `; OPERATION 7`, `* - JOB: 1
+//! ROUGH`, `TOOL PATH/ROUGH,TOOL,MILL_10`. Where a text has such marks, they alone count. Others write the
+//! name as a comment of its own line before the motions of the operation: `(ROUGH SLOT)`. A comment of its
+//! own line is then a head where at least [`LEAST_MOTIONS`] blocks with coordinates follow it before the next
+//! one; remarks between blocks, descriptions of tools and separators are none.
 
 /// Blocks with coordinates that an operation has at least: a remark stands before one.
 const LEAST_MOTIONS: usize = 2;

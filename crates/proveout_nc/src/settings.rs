@@ -101,8 +101,8 @@ pub struct ToolRadii {
     pub by_offset: BTreeMap<u32, f64>,
     /// By the tool in the spindle; used where the program names no offset, or one that is not in `by_offset`.
     pub by_tool: BTreeMap<ToolName, f64>,
-    /// The programmed contour is the path of the tool center, and offsets hold the wear alone: one that is not in
-    /// `by_offset` is zero.
+    /// The programmed contour is the path of the tool center, and offsets hold the wear alone: one that is
+    /// not in `by_offset` is zero.
     pub wear: bool,
     /// An offset has the number of its tool: one that is neither in `by_offset` nor that of the tool in the
     /// spindle is not known.

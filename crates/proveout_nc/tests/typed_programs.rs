@@ -1,5 +1,5 @@
-//! Programs by their form (`typed/`): each is read as it is, read with the control file that the program writes for
-//! it, or refused for a reason that no control file mends.
+//! Programs by their form (`typed/`): each is read as it is, read with the control file that the program
+//! writes for it, or refused for a reason that no control file mends.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests fail by panic")]
 
@@ -89,7 +89,8 @@ fn verdict(program: &Typed<'_>) -> Result<&'static str, String> {
             if stated != rest {
                 return Err(format!("the file states {stated}\n{}", advice.control_file()));
             }
-            // The file as it is written is a control file with which the program is read, and is not confirmed.
+            // The file as it is written is a control file with which the program is read, and is not
+            // confirmed.
             let control = Control::from_text("written.toml", advice.control_file(), None).map_err(|e| e.to_string())?;
             let assumed = control.assumed().len();
             let settings = Settings::of_control(control);

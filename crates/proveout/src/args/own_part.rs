@@ -34,8 +34,8 @@ pub(crate) struct NewArgs {
     /// Control: a built-in name or a control file (default: that of the machine, else detected from the text)
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) control: Option<String>,
-    /// Write the control file that lets the programs be read, and use it: what their words, feed, arcs, start and
-    /// subprograms most likely mean. Each statement is assumed until you confirm it
+    /// Write the control file that lets the programs be read, and use it: what their words, feed, arcs, start
+    /// and subprograms most likely mean. Each statement is assumed until you confirm it
     #[arg(long, value_name = "FILE")]
     pub(crate) write_control: Option<PathBuf>,
     /// Stock, mm (append inch for inches): block X0,Y0,Z0,X1,Y1,Z1; cylinder X,Y,Z0,DIAMETER,HEIGHT; lying

@@ -16,8 +16,9 @@ pub(crate) struct ReaderArgs {
     #[arg(long)]
     pub(crate) dialect: Option<String>,
     /// Control: a built-in name (fanuc-0i, fanuc-30i, haas-ngc, siemens-840d-sl, heidenhain-tnc-640,
-    /// dmg-tnc-640, heidenhain-itnc-530, linuxcnc-2.9, linuxcnc-xyzbc-trt, grbl-1.1, mach3, hurco-isnc, okuma-osp, fagor-8055, mazak-eia,
-    /// mitsubishi-m800, brother-c00, millplus) or a control file (default: that of --machine)
+    /// dmg-tnc-640, heidenhain-itnc-530, linuxcnc-2.9, linuxcnc-xyzbc-trt, grbl-1.1, mach3, hurco-isnc,
+    /// okuma-osp, fagor-8055, mazak-eia, mitsubishi-m800, brother-c00, millplus) or a control file (default:
+    /// that of --machine)
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) control: Option<String>,
     /// Set a variable that the program reads but does not set: #500=1.5, R5=2, Q10=3; may be repeated
@@ -73,8 +74,8 @@ pub(crate) struct NcArgs {
     /// control file, and what else keeps the program from being read
     #[arg(long, conflicts_with_all = ["tools", "post"])]
     pub(crate) unknown: bool,
-    /// Write the control file that lets the program be read: what its words, feed, arcs, start and subprograms
-    /// most likely mean. The file marks each statement as assumed until you confirm it
+    /// Write the control file that lets the program be read: what its words, feed, arcs, start and
+    /// subprograms most likely mean. The file marks each statement as assumed until you confirm it
     #[arg(long, value_name = "FILE", conflicts_with_all = ["tools", "post"])]
     pub(crate) write_control: Option<PathBuf>,
     /// With --write-control: overwrite an existing file

@@ -1,5 +1,5 @@
-//! The control file that lets programs be read, written from the programs: `nc --unknown`, `nc --write-control`,
-//! `new --write-control`.
+//! The control file that lets programs be read, written from the programs: `nc --unknown`, `nc
+//! --write-control`, `new --write-control`.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -48,11 +48,12 @@ pub(super) fn print_unknown(
     written.map_err(|e| Failure::new(format!("standard output: {e}")))
 }
 
-/// Writes the control file that lets the programs be read, and tells what it assumes; false where they need none.
-pub(super) fn write_control(advice: &Advice, file: &Path, force: bool) -> Result<bool, Failure> {
+/// Writes the control file that lets the programs be read, and tells what it assumes; false where they need
+/// none.
+pub(super) fn write_control(advice: &Advice, file: &Path, force: bool, tell: &dyn Fn(String)) -> Result<bool, Failure> {
     const OWN_FAULT: &str = "no statement of a control file mends this";
     if advice.needs_nothing() {
-        say!("the program is read without a control file of its own: {} is not written", file.display());
+        tell(format!("the program is read without a control file of its own: {} is not written", file.display()));
         return Ok(false);
     }
     if advice.statements.is_empty() {
@@ -61,13 +62,19 @@ pub(super) fn write_control(advice: &Advice, file: &Path, force: bool) -> Result
     }
     output_file::put_bytes(file, force, advice.control_file())?;
     for statement in &advice.statements {
-        say!("assumed: {} = {} ({}), since {}", statement.key, statement.value, statement.place(), statement.why);
+        tell(format!(
+            "assumed: {} = {} ({}), since {}",
+            statement.key,
+            statement.value,
+            statement.place(),
+            statement.why
+        ));
     }
     let statements = if advice.statements.len() == 1 { "statement" } else { "statements" };
-    say!(
+    tell(format!(
         "written: {}, {} {statements}; the gate `program` is unchecked until its table [assumed] is empty",
         file.display(),
         advice.statements.len()
-    );
+    ));
     if advice.reads() { Ok(true) } else { Err(Failure::of_program(&advice.left, 0).with_more_help(OWN_FAULT)) }
 }

@@ -108,7 +108,7 @@ pub(crate) fn nc(args: &NcArgs) -> Result<(), Failure> {
     }
     if let Some(file) = &args.write_control {
         let advice = advise::advice(std::slice::from_ref(&args.program), &args.reader, machine.as_ref())?;
-        if advise::write_control(&advice, file, args.force)? {
+        if advise::write_control(&advice, file, args.force, &|line| say!("{line}"))? {
             say!("next: proveout check {} --control {}", args.program.display(), file.display());
         }
     }

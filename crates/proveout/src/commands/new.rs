@@ -91,7 +91,9 @@ fn written_control(args: &NewArgs, machine: &Path, file: &Path) -> Result<Option
     }
     let machine = Machine::read(machine).map_err(|e| Failure::from(&SimError::from(e)))?;
     let advice = advise::advice(&args.programs, &reading(args), Some(&machine))?;
-    let written = advise::write_control(&advice, file, false)?;
+    // Standard output is that of programs that read.
+    let show = |line: String| if args.json { tell!("{line}") } else { say!("{line}") };
+    let written = advise::write_control(&advice, file, false, &show)?;
     Ok(written.then(|| file.display().to_string()))
 }
 

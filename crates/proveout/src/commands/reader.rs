@@ -44,8 +44,8 @@ pub(crate) fn settings(args: &ReaderArgs, machine: Option<&Machine>, program: &P
     stated(args, machine, settings)
 }
 
-/// The control from which a file written for the program inherits: that of the call, else of the machine; a file
-/// by its full path.
+/// The control from which a file written for the program inherits: that of the call, else of the machine; a
+/// file by its full path.
 pub(crate) fn parent(args: &ReaderArgs, machine: Option<&Machine>) -> Option<String> {
     let of_machine = || machine.and_then(|m| Some((m.control.file.as_deref()?, m.file().parent())));
     let (name, folder) = args.control.as_deref().map(|name| (name, None)).or_else(of_machine)?;

@@ -7,8 +7,8 @@ use crate::codes;
 use crate::diagnostic::{Diagnostic, FaultSubject};
 use crate::settings::Dialect;
 
-/// Two radii of an arc differ by so much through rounding alone, mm: words of three decimals of an inch, with half
-/// a step in each of start, end and center.
+/// Two radii of an arc differ by so much through rounding alone, mm: words of three decimals of an inch, with
+/// half a step in each of start, end and center.
 const ROUNDED_MM: f64 = 0.05;
 /// The same as a share of the radius, where a post computes long arcs with few digits.
 const ROUNDED_SHARE: f64 = 0.001;

@@ -119,7 +119,8 @@ const NAMES: [(Dialect, &[&str]); 2] = [
         ],
     ),
 ];
-/// Numbers of the cycles that a Sinumerik has itself: drilling and milling from CYCLE60 on, measuring up to CYCLE998.
+/// Numbers of the cycles that a Sinumerik has itself: drilling and milling from CYCLE60 on, measuring up to
+/// CYCLE998.
 const OWN_CYCLES: std::ops::RangeInclusive<u32> = 60..=998;
 /// A name of five letters and more may have two wrong ones, a shorter one one.
 const LONG_NAME: usize = 5;

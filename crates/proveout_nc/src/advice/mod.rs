@@ -2,9 +2,9 @@
 //!
 //! A text that its control does not read mostly lacks a few statements that an engineer would write into a
 //! control file: what a builder's word means, the feed before the first F, how arc centers count, a missing
-//! subprogram. [`Advice`] writes that file. Each statement is the most likely one, with its reason and with how
-//! often the text needs it, and the file lists it under `[assumed]`: programs are then `program-assumed` until
-//! somebody has confirmed it.
+//! subprogram. [`Advice`] writes that file. Each statement is the most likely one, with its reason and with
+//! how often the text needs it, and the file lists it under `[assumed]`: programs are then `program-assumed`
+//! until somebody has confirmed it.
 //!
 //! ```text
 //!   survey ─► faults, unknown words ─► candidates (proposals, arcs) ─► draft ─┐
@@ -12,14 +12,14 @@
 //!     └──────────── a statement stays when its fault is gone ◄── control file ┘
 //! ```
 //!
-//! Nothing is taken on the word of a fault alone: every statement is tried on the text, and one whose fault stays
-//! is dropped. In the end each statement is left out once; one that the text does not need goes too. What no
-//! statement mends - a wrong word, an arc that closes under no convention, a text that is cut off - stays refused
-//! and is listed as it is.
+//! Nothing is taken on the word of a fault alone: every statement is tried on the text, and one whose fault
+//! stays is dropped. In the end each statement is left out once; one that the text does not need goes too.
+//! What no statement mends - a wrong word, an arc that closes under no convention, a text that is cut off -
+//! stays refused and is listed as it is.
 //!
-//! [`draft`] is the file, [`proposals`] says what a fault or a word most likely needs, [`arcs`] tries conventions of
-//! centers, [`whole_text`] looks at the text as a whole: its end, its head, tools in comments, [`known_words`] is the
-//! table of builders' words with their sources.
+//! [`draft`] is the file, [`proposals`] says what a fault or a word most likely needs, [`arcs`] tries
+//! conventions of centers, [`whole_text`] looks at the text as a whole: its end, its head, tools in comments,
+//! [`known_words`] is the table of builders' words with their sources.
 
 mod arcs;
 mod draft;

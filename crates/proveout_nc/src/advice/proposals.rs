@@ -11,7 +11,8 @@ use crate::diagnostic::{Diagnostic, FaultSubject};
 use crate::dialect::listed::WordState;
 use crate::settings::Dialect;
 
-/// Feed for a text that has no F at all, mm/min: a number that had to be chosen. It is reported as an assumption.
+/// Feed for a text that has no F at all, mm/min: a number that had to be chosen. It is reported as an
+/// assumption.
 const CHOSEN_FEED_MM_MIN: f64 = 500.0;
 
 /// A statement that may help.
@@ -240,8 +241,8 @@ fn values(key: &str, letters: &str) -> String {
     if takes { format!(", values = {}", quoted(letters)) } else { String::new() }
 }
 
-/// A word of which nothing is known. What stands in blocks without an axis switches something; a word with axes
-/// may move, and stays refused.
+/// A word of which nothing is known. What stands in blocks without an axis switches something; a word with
+/// axes may move, and stays refused.
 fn without_meaning(word: &UnknownWord, dialect: Dialect) -> Option<(String, String, String)> {
     let function = word.word.starts_with('M') && word.word[1..].bytes().all(|b| b.is_ascii_digit());
     let name = dialect.family() != Dialect::Iso && !word.word.starts_with('G');

@@ -14,8 +14,8 @@ const WORD_OF_TEXT: usize = 4;
 /// Tool diameters of milling, mm.
 const DIAMETERS_MM: Range<f64> = 0.1..500.0;
 
-/// The end of the text as the end of the program, where its last blocks are what programs end with; a text that
-/// stops in the middle of a cut has lost its end.
+/// The end of the text as the end of the program, where its last blocks are what programs end with; a text
+/// that stops in the middle of a cut has lost its end.
 pub(super) fn end(fault: &Diagnostic, texts: &[String]) -> Option<(String, String)> {
     let line = (fault.line as usize).checked_sub(1)?;
     let text = texts.iter().find(|text| text.lines().nth(line) == Some(&*fault.source_line))?;
@@ -78,8 +78,8 @@ fn code_of(line: &str) -> String {
     }
 }
 
-/// A line before the first block or after the last one that is words of people: as a pattern of the head or of
-/// the trailer.
+/// A line before the first block or after the last one that is words of people: as a pattern of the head or
+/// of the trailer.
 pub(super) fn frame(fault: &Diagnostic, texts: &[String]) -> Option<(&'static str, String, String)> {
     let at = (fault.line as usize).checked_sub(1)?;
     let text = texts.iter().find(|text| text.lines().nth(at) == Some(&*fault.source_line))?;
@@ -107,8 +107,8 @@ pub(super) fn frame(fault: &Diagnostic, texts: &[String]) -> Option<(&'static st
     None
 }
 
-/// A line that a control would execute: it begins with a letter and a number, or with a word of a language that is
-/// followed by one.
+/// A line that a control would execute: it begins with a letter and a number, or with a word of a language
+/// that is followed by one.
 fn is_block(line: &str) -> bool {
     let code = code_of(line);
     let mut chars = code.chars();
@@ -116,8 +116,8 @@ fn is_block(line: &str) -> bool {
     address && chars.next().is_some_and(|c| c.is_ascii_digit() || "+-.#[=".contains(c)) && !is_prose(line)
 }
 
-/// A line of words of people: at least two words of letters alone, one of several letters, and no address with a
-/// number.
+/// A line of words of people: at least two words of letters alone, one of several letters, and no address
+/// with a number.
 fn is_prose(line: &str) -> bool {
     let trimmed = line.trim();
     if !trimmed.starts_with(char::is_alphabetic) || trimmed.contains(['=', '#', '[']) {

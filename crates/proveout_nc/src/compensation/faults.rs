@@ -42,8 +42,8 @@ impl CompensatedReader {
         }
     }
 
-    /// The offset where the programmed path is that of the tool center: the wear alone, which lies below the radius
-    /// of the tool.
+    /// The offset where the programmed path is that of the tool center: the wear alone, which lies below the
+    /// radius of the tool.
     fn wear(
         &self,
         comp: CutterComp,

@@ -80,8 +80,8 @@ pub(crate) struct ControlFile {
     /// for a table, "*" for all others) and the source.
     #[serde(default)]
     pub(crate) source: BTreeMap<String, String>,
-    /// Statements of this file that nobody has confirmed, by the path of their key as in `source`, and why each
-    /// is likely. While one is listed, every program of the control is `program-assumed`.
+    /// Statements of this file that nobody has confirmed, by the path of their key as in `source`, and why
+    /// each is likely. While one is listed, every program of the control is `program-assumed`.
     #[serde(default)]
     pub(crate) assumed: BTreeMap<String, String>,
 }

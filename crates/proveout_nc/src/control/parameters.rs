@@ -122,8 +122,8 @@ pub(crate) enum OrientationAngles {
 pub(crate) enum CompensatedPath {
     /// The wall of the part: the offset D is the radius of the tool.
     Contour,
-    /// The path of the tool center, as CAM systems post it with the compensation type wear: the offset D is the
-    /// difference of the real radius from the nominal one, zero where nothing states it.
+    /// The path of the tool center, as CAM systems post it with the compensation type wear: the offset D is
+    /// the difference of the real radius from the nominal one, zero where nothing states it.
     Wear,
 }
 

@@ -56,8 +56,8 @@ pub fn lines(setup: &Setup<'_>, file: &str, wanted: &Wanted) -> Option<Listing> 
     Some(picked(file, all.len(), wanted, |n| all.get(n - 1).copied()))
 }
 
-/// Operations of a file by its name in findings: line of each head, from 1, and name; none where the file cannot be
-/// read any more or is above 64 MiB.
+/// Operations of a file by its name in findings: line of each head, from 1, and name; none where the file
+/// cannot be read any more or is above 64 MiB.
 pub fn operations(setup: &Setup<'_>, file: &str) -> Vec<(u32, String)> {
     let told = |heads: Vec<OperationHead>| heads.into_iter().map(|head| (head.line, head.name)).collect();
     if let Some(made) = setup.made.filter(|m| m.file == file) {
