@@ -313,8 +313,8 @@ pub struct SplineMotion {
     pub control_base: [[f64; 3]; 2],
 }
 
-/// Motion towards a probed surface. Where no answer is known ([`crate::TouchList`]) it runs to its end, and the
-/// twin says so.
+/// Motion towards a probed surface. Where no answer is known ([`crate::TouchList`]) it runs to its end, and
+/// the twin says so.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProbeMotion {
     /// To the farthest point; where the probe has switched, to the place where it did.

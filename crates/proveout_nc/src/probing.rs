@@ -1,4 +1,5 @@
-//! What probing motions have found: answers that come from the outside, one a motion, in the order of the run.
+//! What probing motions have found: answers that come from the outside, one a motion, in the order of the
+//! run.
 //!
 //! The reader knows no workpiece. It hands a probing motion out with [`Contact::Asked`] and stops there until
 //! the list has one more answer; then it hands the same motion out with its true end, gives the variables of

@@ -35,7 +35,7 @@ fn every_op() -> Vec<Op> {
     for feed in feeds {
         ops.extend([Op::Feed(feed), Op::Rapid(motion()), Op::Linear(motion()), Op::Arc(arc())]);
         ops.push(Op::Spline(SplineMotion { motion: motion(), control: points, control_base: points }));
-        ops.push(Op::Probe(ProbeMotion { motion: motion(), away: true, must_switch: true, contact: Contact::Unknown }));
+        ops.push(Op::Probe(ProbeMotion { motion: motion(), away: true, must_switch: true, contact: Contact::Touched }));
     }
     ops.extend([
         Op::Thread(ThreadMotion { motion: motion(), pitch: 1.0, direction: Some(SpindleDirection::Clockwise) }),

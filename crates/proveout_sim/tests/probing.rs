@@ -1,4 +1,5 @@
-//! Programs that probe, on the simulated stock: what they read is what is there, and what they do about it shows.
+//! Programs that probe, on the simulated stock: what they read is what is there, and what they do about it
+//! shows.
 
 use std::{
     fs,
@@ -83,7 +84,8 @@ fn a_flat_face_is_met_where_it_is() {
 
 #[test]
 fn the_center_of_a_milled_bore_is_known_to_a_micrometer() {
-    // A bore of 25 mm at X0.10 Y-0.05, milled by the program itself, and probed from X0 Y0 in four directions.
+    // A bore of 25 mm at X0.10 Y-0.05, milled by the program itself, and probed from X0 Y0 in four
+    // directions.
     let program = "G21 G17 G90 G54 G94\nT1 M6\nG0 X0.1 Y-.05\nG43 H1 Z20.\nS2000 M3\nG1 Z-10. F600\nX2.6\nG3 I-2.5 J0.\n\
                    G1 X.1\nG0 Z20.\nM5\nT2 M6\nG0 X0. Y0.\nG43 H2 Z20.\nG1 Z-7. F2000\nG31 X20. F300\n#101=#5061\nG1 X0. F2000\n\
                    G31 X-20. F300\n#102=#5061\nG1 X[[#101+#102]/2.] F2000\nG31 Y20. F300\n#103=#5062\nG1 Y0. F2000\n\
@@ -102,8 +104,8 @@ fn the_center_of_a_milled_bore_is_known_to_a_micrometer() {
     }
 }
 
-/// Probes the right face and the front face in two places, and mills a groove of 20 mm along Y whose walls are 20 mm
-/// from them; `correct` shifts and turns the work system by what was measured.
+/// Probes the right face and the front face in two places, and mills a groove of 20 mm along Y whose walls
+/// are 20 mm from them; `correct` shifts and turns the work system by what was measured.
 fn groove(correct: &str) -> String {
     format!(
         "G21 G17 G90 G54 G94\nT2 M6\nG0 X50. Y0.\nG43 H2 Z20.\nG1 Z-8. F2000\nG31 X20. F300\n#101=#5061-33.\nG1 X50. F2000\n\

@@ -1,8 +1,8 @@
 //! Probing motions (G31, G38, MEAS).
 //!
-//! A motion that is answered ends where the probe has switched; the reader has put that place into its end. One
-//! that is asked for stops the control at its start: [`Controller::take_asked`] hands its way out, and the
-//! reader goes on when it has the answer. Without answers a probe runs as a straight motion to its end.
+//! A motion that is answered ends where the probe has switched; the reader has put that place into its end.
+//! One that is asked for stops the control at its start: [`Controller::take_asked`] hands its way out, and
+//! the reader goes on when it has the answer. Without answers a probe runs as a straight motion to its end.
 
 use proveout_geom::ToolPose;
 use proveout_nc::{Command, Contact, Location, ProbeMotion, SpindleDirection};

@@ -1,7 +1,7 @@
 //! Probing motions: handed out with the question, gone on with the answer.
 //!
-//! A step of the reader ends with a probing motion at most. The next one begins when the list of answers
-//! has what it found ([`crate::TouchList`]); without such a list the motion runs to its end, and what it finds
+//! A step of the reader ends with a probing motion at most. The next one begins when the list of answers has
+//! what it found ([`crate::TouchList`]); without such a list the motion runs to its end, and what it finds
 //! stays unknown.
 
 use super::{Channel, Language};
@@ -175,8 +175,8 @@ impl<L: Language> Channel<L> {
         Ok(())
     }
 
-    /// Before the next step: takes the answer to the motion that was asked for. False where there is none: the
-    /// run is at its end.
+    /// Before the next step: takes the answer to the motion that was asked for. False where there is none:
+    /// the run is at its end.
     pub(crate) fn answered(&mut self) -> bool {
         let Some(touch) = self.settings.touches.as_ref().and_then(|t| t.get(self.probing.count - 1)) else {
             self.probing.waits = true;

@@ -64,7 +64,7 @@ const BLOCKS: [&str; 44] = [
     "MSG(\"A\")",
     "CFC",
 ];
-const WORDS: [&str; 48] = [
+const WORDS: [&str; 49] = [
     "X7",
     "Y7",
     "Z7",
@@ -77,6 +77,7 @@ const WORDS: [&str; 48] = [
     "K7",
     "I=AC(7)",
     "CR=7",
+    "MEAS=1",
     "AR=77",
     "TURN=1",
     "RPL=7",

@@ -6,11 +6,11 @@
 //!
 //! A program that probes decides by what it has measured, so that no one can read it to its end without the
 //! stock. The rehearsal answers one motion after the other and ends with the last of them. The answers are an
-//! input of the run that follows, like a work offset: reader, planner and cutter then work as in any other run,
-//! and so do shards, journals and partial runs.
+//! input of the run that follows, like a work offset: reader, planner and cutter then work as in any other
+//! run, and so do shards, journals and partial runs.
 //!
-//! The way of the ball is that of the actual machine, with its geometric errors; the stock is that of the moment,
-//! and fixtures are met too. Bodies of the machine are left to the check of collisions.
+//! The way of the ball is that of the actual machine, with its geometric errors; the stock is that of the
+//! moment, and fixtures are met too. Bodies of the machine are left to the check of collisions.
 
 use proveout_controller::ProbeWay;
 use proveout_geom::{BallWay, Point, Pose, TriMesh, Vector};

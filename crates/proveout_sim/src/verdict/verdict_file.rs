@@ -128,10 +128,11 @@ pub struct Probed {
     pub line: u32,
     /// Tool in the spindle; null for an empty one.
     pub tool: Option<String>,
-    /// Diameter of the ball of the stylus, mm; null where the tool is no probe: what it finds is then not known.
+    /// Diameter of the ball of the stylus, mm; null where the tool is no probe: what it finds is then not
+    /// known.
     pub ball_diameter_mm: Option<f64>,
-    /// What was touched: `stock` or the name of a fixture; null where nothing was, and for a motion that leaves a
-    /// surface.
+    /// What was touched: `stock` or the name of a fixture; null where nothing was, and for a motion that
+    /// leaves a surface.
     pub met: Option<String>,
     /// Center of the ball where the motion has ended, mm.
     pub center_mm: Option<[f64; 3]>,

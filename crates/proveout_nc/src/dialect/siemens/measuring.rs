@@ -1,9 +1,10 @@
 //! `MEAS=` and `MEAW=`: a straight motion in feed that takes the position at which the probe switches.
 //!
-//! MEAS ends the motion there (delete distance-to-go), MEAW runs on to its programmed end. `1` and `2` are the
-//! rising edges of the two probe inputs, `-1` and `-2` the falling ones, where the stylus comes off the surface.
-//! Then `$AC_MEA[n]` is 1 where the probe has switched, and `$AA_MW[axis]` is the position in work coordinates;
-//! `$AA_MM[axis]` is that of the machine axis, which the reader knows of rotary axes only. After Siemens,
+//! MEAS ends the motion there (delete distance-to-go), MEAW runs on to its programmed end. `1` and `2` are
+//! the rising edges of the two probe inputs, `-1` and `-2` the falling ones, where the stylus comes off the
+//! surface. Then `$AC_MEA[n]` is 1 where the probe has switched, and `$AA_MW[axis]` is the position in work
+//! coordinates; `$AA_MM[axis]` is that of the machine axis, which the reader knows of rotary axes only. After
+//! Siemens,
 //! *SINUMERIK 840D sl, Programming Manual Job Planning*, "Measuring with touch-trigger probe (MEAS, MEAW)".
 
 use super::expr::Expr;
