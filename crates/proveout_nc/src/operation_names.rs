@@ -88,10 +88,8 @@ fn comment_alone(line: &str) -> Option<String> {
         text
     } else if let Some(text) = rest.strip_prefix("PPRINT") {
         text.trim_start_matches(['/', ' '])
-    } else if let Some(text) = rest.strip_prefix("$$") {
-        text
     } else {
-        return None;
+        rest.strip_prefix("$$")?
     };
     if inner.contains('(') {
         return None;

@@ -27,7 +27,7 @@ fn a_plate_in_inch_comes_to_its_verdict() {
         assert!(output.contains(word), "{word:?} is not in:\n{output}");
     }
     let scene = fs::read_to_string(desk.path("plate/scene.toml")).expect("written");
-    assert!(scene.contains("chosen") && scene.contains("max_mm = [101.6, 76.2, 0]"), "{scene}");
+    assert!(scene.contains("assumed") && scene.contains("max_mm = [101.6, 76.2, 0]"), "{scene}");
     believable(&desk.verdict("plate"));
 }
 
@@ -347,7 +347,7 @@ fn a_program_without_a_tool_call_is_asked_for_its_tool() {
         "holder = \"40x60\"\nstock = \"0,0,-20,50,20,0\"\nstart_tool = 1\ntool.T1 = \"flat D10 L25\"\n",
     );
     let output = desk.done("new slot.nc --machine three-axis-mill --answers answers.toml --output slot");
-    assert!(output.contains("the zero is taken at the tip of the tool"), "{output}");
+    assert!(output.contains("the zero is assumed at the tip of the tool"), "{output}");
     let verdict = desk.verdict("slot");
     believable(&verdict);
     assert_eq!(verdict["tools"][0]["number"], 1, "{}", verdict["tools"]);
@@ -594,7 +594,7 @@ fn a_program_of_one_tool_without_g43_counts_from_its_tip() {
     );
     desk.write("answers.toml", "holder = \"40x60\"\nstock = \"0,0,-20,50,20,0\"\n");
     let output = desk.done("new one.nc --machine three-axis-mill --answers answers.toml --output one");
-    assert!(output.contains("chosen, the zero is taken at the tip of the tool"), "{output}");
+    assert!(output.contains("the zero is assumed at the tip of the tool"), "{output}");
     let output = desk.done("check one");
     assert!(
         !output.contains("before the run") && output.contains("note: tool length compensation is never active"),

@@ -207,7 +207,7 @@ fn to_digits(x: f64) -> Option<f64> {
     }
     let (mut rest, mut bits, mut place) = (x as u64, 0_u64, 0);
     while rest > 0 {
-        bits |= rest % 10 << place;
+        bits |= (rest % 10) << place;
         rest /= 10;
         place += 4;
     }

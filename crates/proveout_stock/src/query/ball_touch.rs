@@ -2,15 +2,14 @@
 //!
 //! The extracted surface says which place of the stock the ball meets first, in closed form ([`BallWay`]).
 //! Its vertices lie off a curved surface by about cell² / 8 of the radius of curvature, so that place is
-//! found again on what is exact: the ends of the rays round it. A quadric through them, `h = c0 + c1 u + c2 v
-//! + c3 u² + c4 u v + c5 v²` over the tangent plane, takes the place of the mesh where it fits; how well it
-//! fits is the bound that is told. At edges and corners it does not, and the mesh, which has them sharp,
-//! stays.
+//! found again on what is exact: the ends of the rays round it. A quadric through them (below) over the
+//! tangent plane takes the place of the mesh where it fits; how well it fits is the bound that is printed. At
+//! edges and corners it does not, and the mesh, which has them sharp, stays.
 //!
 //! ```text
 //!            .--.      ball           o ends of rays, exact
 //!           (    )                    - quadric through those within REACH cells of the touch
-//!        o--o'--'o---o
+//!        o--o'--'o---o          h = c0 + c1 u + c2 v + c3 u² + c4 u v + c5 v²
 //! ```
 
 use nalgebra::{Matrix6, Vector6};
