@@ -245,7 +245,7 @@ fn findings_fold_and_filter(b: &mut Browser) {
     assert!(b.number("document.querySelectorAll('.cause .program .here-line').length") > 3.0);
     assert!(b.number("document.querySelectorAll('.cause img').length") > 1.0);
     let words = b.text("document.querySelector('#findings').innerText");
-    for word in ["sim_time", "END_D10", "assumed", "Show the place on the part"] {
+    for word in ["sim_time", "END_D10", "chosen", "Show the place on the part"] {
         assert!(words.contains(word), "{word} is not in {words}");
     }
 }
