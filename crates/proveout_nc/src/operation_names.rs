@@ -32,7 +32,8 @@ pub struct OperationHead {
 /// use proveout_nc::operation_heads;
 ///
 /// let text = "T1 M6\n(ROUGH SLOT)\nG0 X0\nG1 X9 F100\n(FINISH SLOT)\nG0 X0\nG1 X9\nM30\n";
-/// let heads: Vec<(u32, String)> = operation_heads(text.lines()).into_iter().map(|h| (h.line, h.name)).collect();
+/// let heads = operation_heads(text.lines()).into_iter();
+/// let heads: Vec<(u32, String)> = heads.map(|h| (h.line, h.name)).collect();
 /// assert_eq!(heads, [(2, "ROUGH SLOT".to_owned()), (5, "FINISH SLOT".to_owned())]);
 /// ```
 pub fn operation_heads<'a>(lines: impl Iterator<Item = &'a str>) -> Vec<OperationHead> {

@@ -135,8 +135,8 @@ pub(crate) struct ToolEntry {
     /// is checked. What the tap cuts between the core of that thread and its diameter is reported as thread,
     /// not as gouge.
     pub(crate) pitch_mm: Option<f64>,
-    /// Whether a `flat` cutter is a thread mill, drawn as the cylinder around its teeth. A gouge that it leaves
-    /// in a design with the hole before the thread may then be the thread; the finding says so.
+    /// Whether a `flat` cutter is a thread mill, drawn as the cylinder around its teeth. A gouge that it
+    /// leaves in a design with the hole before the thread may then be the thread; the finding says so.
     #[serde(default)]
     pub(crate) thread_mill: bool,
     /// Curve of a `profile` cutter from the tip `[0, 0]` upward.

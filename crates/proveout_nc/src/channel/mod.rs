@@ -8,12 +8,13 @@
 //!
 //! [`Channel`] holds what a run needs: the files and the stack of calls ([`flow`]), the queue of commands
 //! with the place of their block, position ([`motion`]), feed, spindle and tool ([`technology`]), the courses
-//! of holes ([`holes`]) and pockets ([`milling`]), motions that wait for the next one ([`corners`]) or for the
-//! answer of a probe ([`probing`]), what is known of faults ([`recover`], [`doubt`]), how often the program
-//! has jumped back ([`passes`]), and which lines have run ([`coverage`]). Formulas of all languages are one tree ([`expression`]) with one parser
-//! ([`formula`]); [`listed`] does what a control file says. A language is a type with [`Language`]: it says
-//! how one block is read and executed, and keeps in [`Channel::own`] what no other language has. Everything
-//! is resolved when it is compiled; nothing is boxed for a block.
+//! of holes ([`holes`]) and pockets ([`milling`]), motions that wait for the next one ([`corners`]) or for
+//! the answer of a probe ([`probing`]), what is known of faults ([`recover`], [`doubt`]), how often the
+//! program has jumped back ([`passes`]), and which lines have run ([`coverage`]). Formulas of all languages
+//! are one tree ([`expression`]) with one parser ([`formula`]); [`listed`] does what a control file says. A
+//! language is a type with [`Language`]: it says how one block is read and executed, and keeps in
+//! [`Channel::own`] what no other language has. Everything is resolved when it is compiled; nothing is boxed
+//! for a block.
 
 pub(crate) mod corners;
 pub(crate) mod coverage;
