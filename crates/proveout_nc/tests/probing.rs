@@ -14,8 +14,11 @@ fn after(share: f64) -> Touch {
 
 const MISSED: Touch = Touch { met: Met::Nothing, at_start: false, ball_radius: 3.0 };
 
+/// Probing motions with their ends, and ends of the others.
+type Ends = (Vec<(Contact, [f64; 3])>, Vec<[f64; 3]>);
+
 /// Ends of the probing and of the other motions, in work coordinates.
-fn ends(commands: &[Command]) -> (Vec<(Contact, [f64; 3])>, Vec<[f64; 3]>) {
+fn ends(commands: &[Command]) -> Ends {
     let (mut probed, mut others) = (Vec::new(), Vec::new());
     for command in commands {
         match &command.op {
@@ -27,7 +30,7 @@ fn ends(commands: &[Command]) -> (Vec<(Contact, [f64; 3])>, Vec<[f64; 3]>) {
     (probed, others)
 }
 
-fn read(text: &str, settings: &Settings) -> (Vec<(Contact, [f64; 3])>, Vec<[f64; 3]>) {
+fn read(text: &str, settings: &Settings) -> Ends {
     let program = Program::from_text("probe", text, settings).unwrap();
     ends(&program.collect::<Result<Vec<_>, _>>().unwrap_or_else(|e| panic!("{e}")))
 }
