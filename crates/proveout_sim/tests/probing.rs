@@ -145,7 +145,7 @@ fn bad_probing_is_named_with_its_place() {
     assert!(turning.gates.iter().any(|g| g.gate.name() == "process" && g.state == State::Fail));
     // A result before it is measured: the fault of the text, before anything moves.
     let text = format!("{start}G1 X[#5061] F300\nM30\n");
-    let fault = verdict(STRAIGHT, "", &text).err().expect("refused").to_string();
+    let fault = verdict(STRAIGHT, "", &text).expect_err("refused").to_string();
     assert!(fault.contains("main.nc") && fault.contains("#5061"), "{fault}");
     // The stem beside the ball, and the ball on a way that does not measure.
     let text = format!("{start}G1 Z-8. F2000\nX28.\nX50.\nG0 Z50.\nM30\n");
