@@ -6,7 +6,7 @@
 //! own line is then a head where at least [`LEAST_MOTIONS`] blocks with coordinates follow it before the next
 //! one; remarks between blocks, descriptions of tools and separators are none.
 
-/// Blocks with coordinates that an operation has at least: a remark stands before one.
+/// Fewest blocks with coordinates in an operation: a remark has fewer after it.
 const LEAST_MOTIONS: usize = 2;
 /// Longest name, characters.
 const MOST_CHARS: usize = 60;

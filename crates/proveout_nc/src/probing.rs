@@ -20,7 +20,7 @@ pub enum Contact {
     /// Nothing: the motion runs to its programmed end, and what the probe finds is not known.
     #[default]
     Unknown,
-    /// It is asked for: the tool stands at the start of the motion, and the program waits for the answer.
+    /// Not known yet: the tool waits at the start of the motion for the answer.
     Asked,
     /// The probe has switched at the end of the motion.
     Touched,

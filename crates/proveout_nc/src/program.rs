@@ -46,7 +46,7 @@ pub struct Program {
     notes: VecDeque<Command>,
     stops: StopWatch,
     settings: Settings,
-    /// The run stands at a fault.
+    /// The run has stopped at a fault.
     failed: bool,
     /// Where the text ends the program: place of its last command. None where a word must end it, and once it
     /// has ended.

@@ -48,8 +48,8 @@ pub(super) fn print_unknown(
     written.map_err(|e| Failure::new(format!("standard output: {e}")))
 }
 
-/// Writes the control file that lets the programs be read, and tells what it assumes; false where they need
-/// none.
+/// Writes the control file with which the programs are read, and lists what it assumes; false where they
+/// need none.
 pub(super) fn write_control(advice: &Advice, file: &Path, force: bool, tell: &dyn Fn(String)) -> Result<bool, Failure> {
     const OWN_FAULT: &str = "no statement of a control file mends this";
     if advice.needs_nothing() {

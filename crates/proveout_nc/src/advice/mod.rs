@@ -51,7 +51,7 @@ const MOST_STATEMENTS: usize = 200;
 /// Left faults that are shown.
 const SHOWN_FAULTS: usize = 20;
 
-/// What the reader needs beside the file that is to be written.
+/// What the reader needs in addition to the control file.
 pub struct AdviceCall<'a> {
     /// Settings without that file.
     pub settings: Settings,

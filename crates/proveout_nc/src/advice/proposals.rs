@@ -241,8 +241,8 @@ fn values(key: &str, letters: &str) -> String {
     if takes { format!(", values = {}", quoted(letters)) } else { String::new() }
 }
 
-/// A word of which nothing is known. What stands in blocks without an axis switches something; a word with
-/// axes may move, and stays refused.
+/// A statement for an unknown word. In blocks without an axis it switches something; with an axis it may be a
+/// motion, and stays refused.
 fn without_meaning(word: &UnknownWord, dialect: Dialect) -> Option<(String, String, String)> {
     let function = word.word.starts_with('M') && word.word[1..].bytes().all(|b| b.is_ascii_digit());
     let name = dialect.family() != Dialect::Iso && !word.word.starts_with('G');
@@ -261,7 +261,7 @@ fn without_meaning(word: &UnknownWord, dialect: Dialect) -> Option<(String, Stri
     } else if name {
         "names that no language defines are functions of the machine builder"
     } else {
-        "it never stands in a block with an axis, so that it sets something and does not move"
+        "it appears only in blocks without an axis: it sets something and moves nothing"
     };
     Some((value, format!("{}: {text}", word.word), why.to_owned()))
 }

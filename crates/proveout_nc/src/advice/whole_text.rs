@@ -37,7 +37,7 @@ fn is_rapid(code: &str) -> bool {
     has_word(code, "G0") || has_word(code, "G00")
 }
 
-/// The word stands in the block, and no digit goes on behind it.
+/// Whether the block has the word, not followed by a digit.
 fn has_word(code: &str, wanted: &str) -> bool {
     code.match_indices(wanted).any(|(at, _)| {
         let behind = code.get(at + wanted.len()..).and_then(|rest| rest.chars().next());
