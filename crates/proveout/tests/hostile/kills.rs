@@ -249,7 +249,7 @@ fn only_the_run_that_was_stopped_goes_on() {
     other[at + 9] = b'9';
     shop.write(JOURNAL, &other);
     refused(&[], &["the version was proveout 9"]);
-    shop.write(JOURNAL, "PROVEOUT-JOURNAL 2\n");
+    shop.write(JOURNAL, "PROVEOUT-JOURNAL 3\n");
     refused(&[], &["not a journal that this version can read"]);
     fs::remove_file(shop.path().join(JOURNAL)).expect("removed");
     refused(&[], &["there is no stopped run to resume"]);

@@ -7,7 +7,7 @@
 //! and the run folder has the same bytes as that of a run that was never stopped.
 //!
 //! ```text
-//!   a line of text   PROVEOUT-JOURNAL 1
+//!   a line of text   PROVEOUT-JOURNAL 2
 //!   a line of JSON   what the run was begun with: version, choices of the call, inputs with their SHA-256
 //!   records          length (4 bytes), begin of the SHA-256 of the content (8), content:
 //!                      1   what is known of the run of depths under way (see [`DepthsTold`])
@@ -37,7 +37,7 @@ use crate::{
 pub use crate::cut::journal_error::JournalError;
 
 /// First line.
-const MAGIC: &str = "PROVEOUT-JOURNAL 1\n";
+const MAGIC: &str = "PROVEOUT-JOURNAL 2\n";
 /// Longest second line, bytes.
 const MOST_BEGUN: u64 = 64 << 20;
 /// Bytes before the content of a record: its length and its digest.
@@ -376,6 +376,8 @@ pub(crate) fn motion(items: &[SweepItem<'_>], measures: &[Measure]) -> [u8; 16] 
             Measure::No => (0, 0),
             Measure::Alone => (1, 0),
             Measure::Since(id) => (2, *id),
+            Measure::Touch => (3, 0),
+            Measure::Deepest(run) => (4, *run),
         };
         hash.update([item.action as u8, kind]);
         hash.update(since.to_le_bytes());

@@ -8,7 +8,10 @@ use proveout_tool::{Profile, Role, Tool};
 
 use crate::{
     checks::descent,
-    verdict::finding::{Code, RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY},
+    verdict::{
+        finding::{Code, RAPID_IN_MATERIAL, SPINDLE_OFF, SPINDLE_WRONG_WAY},
+        log::Joined,
+    },
 };
 
 /// Spindle and tool while a piece is cut.
@@ -61,6 +64,8 @@ pub(crate) struct PieceCut {
     pub(crate) tool: usize,
     /// First piece of the run of motion in which the cutter must not meet material, where this is one of it.
     pub(crate) since: Option<u32>,
+    /// First piece of the run whose findings on one part of the tool are one.
+    pub(crate) joined: u32,
     /// In feed, and down along the axis.
     pub(crate) goes_down: bool,
     /// The first with this tool since it came into the spindle.
@@ -76,6 +81,8 @@ pub(crate) struct Barring {
     run: Option<(u32, usize, &'static str)>,
     /// Tool of the piece before.
     tool: Option<usize>,
+    /// First piece of the run of findings that are joined, and the piece before.
+    joined: Option<(u32, Joined)>,
 }
 
 impl Barring {
@@ -97,8 +104,11 @@ impl Barring {
             Some((since, of, why)) if (of, why) == (index, code.code) => (since, of, why),
             _ => (id, index, code.code),
         });
+        let now = Joined { block: piece.block, time: piece.time[0] };
+        let joined = self.joined.filter(|(_, last)| !entered && now.goes_on(*last)).map_or(id, |(first, _)| first);
+        self.joined = Some((joined, now));
         let goes_down = piece.kind == MoveKind::Feed && descent::way_down(&piece.pose).0 > 0.0;
-        Some(PieceCut { id, tool: index, since: self.run.map(|(since, ..)| since), goes_down, entered, motion })
+        Some(PieceCut { id, tool: index, since: self.run.map(|(since, ..)| since), joined, goes_down, entered, motion })
     }
 }
 
@@ -160,10 +170,10 @@ impl Cutters {
             put(body, Action::Remove, depth, Swept::Body(*role));
         }
         for (role, body) in &tool.others {
-            put(body, Action::Probe, Measure::Alone, Swept::Body(*role));
+            put(body, Action::Probe, Measure::Deepest(cut.joined), Swept::Body(*role));
         }
         for zone in &tool.zones {
-            put(zone, Action::Probe, Measure::Alone, Swept::Zone);
+            put(zone, Action::Probe, Measure::Touch, Swept::Zone);
         }
     }
 }

@@ -13,12 +13,27 @@ use crate::verdict::{
 /// A fault that goes on within this time (s) or in the next block is one finding with a count.
 const JOIN_S: f64 = 1.0;
 
+/// Where a fault was seen last.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Joined {
+    pub(crate) block: u32,
+    /// Simulated time, s.
+    pub(crate) time: f64,
+}
+
+impl Joined {
+    /// Whether the same fault here goes on from where it was last.
+    pub(crate) fn goes_on(self, last: Self) -> bool {
+        self.block <= last.block + 1 || self.time - last.time <= JOIN_S
+    }
+}
+
 /// The findings of a run in order of time.
 #[derive(Clone, Debug, Default)]
 pub struct FindingLog {
     findings: Vec<Finding>,
-    /// Last finding of a code and its bodies: index, block and time of its latest repetition.
-    open: BTreeMap<(String, Vec<String>), (usize, u32, f64)>,
+    /// Last finding of a code and its bodies: its index, and its latest repetition.
+    open: BTreeMap<(String, Vec<String>), (usize, Joined)>,
     /// Near misses that are left out, since the bodies hit each other in the same line.
     near_misses_of_hits: u64,
     /// What the checks did not decide, for the reasons of the gates.
@@ -63,24 +78,25 @@ impl FindingLog {
         let bodies = if note { vec![finding.message.clone()] } else { finding.bodies.clone() };
         let key = (finding.code.clone(), bodies);
         if let (Some(block), Some(time)) = (finding.block, finding.time_s) {
-            if let Some((index, last_block, last_time)) = self.open.get_mut(&key)
-                && (note || block <= *last_block + 1 || time - *last_time <= JOIN_S)
+            let now = Joined { block, time };
+            if let Some((index, last)) = self.open.get_mut(&key)
+                && (note || now.goes_on(*last))
             {
                 let first = &mut self.findings[*index];
-                if block > *last_block {
+                if block > last.block {
                     first.repeats += 1;
                 }
                 if finding.severity == Severity::Error {
                     first.severity = Severity::Error;
                 }
-                (*last_block, *last_time) = (block.max(*last_block), time.max(*last_time));
+                *last = Joined { block: block.max(last.block), time: time.max(last.time) };
                 first.penetration_mm = larger(first.penetration_mm, finding.penetration_mm);
                 first.value = larger(first.value, finding.value);
                 first.clearance_mm =
                     larger(first.clearance_mm.map(|v| -v), finding.clearance_mm.map(|v| -v)).map(|v| -v);
                 return *index;
             }
-            self.open.insert(key, (self.findings.len(), block, time));
+            self.open.insert(key, (self.findings.len(), now));
         }
         self.findings.push(finding);
         self.findings.len() - 1

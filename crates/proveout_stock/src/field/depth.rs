@@ -39,13 +39,18 @@
 //! *Runs.* A rapid through material is many pieces, each of which meets but the layer that the one before has
 //! left. Its depth is that in the material as it stood before its first piece: items with [`Measure::Since`]
 //! put what they take together, and ends that items of the run have made are not open.
+//!
+//! *The deepest of a run.* A holder that runs through material for a whole pass is one finding with one depth.
+//! Items with [`Measure::Deepest`] are measured in full only where a place may be deeper than the deepest so far;
+//! of the others one place is proved to be deeper than a touch.
 
 use std::collections::BTreeMap;
 
-use proveout_geom::{Point, Vector};
+use proveout_geom::Point;
 
 use crate::{
     field::grid::RayGrid,
+    field::opening::{Opening, alone, depth_by_all},
     field::span::{EndMark, INITIAL},
 };
 
@@ -57,6 +62,11 @@ pub enum Measure {
     No,
     /// As the item meets it.
     Alone,
+    /// As the item meets it, but only whether it is deeper than a touch: the depth is then a lower bound.
+    Touch,
+    /// As the item meets it, where it may be deeper than the items before it with the same body in the run with this
+    /// id: the depth is then no more than a lower bound. The deepest item of the run has its depth.
+    Deepest(u32),
     /// As it stood before the item with this id; ids of a run rise, and runs follow one another.
     Since(u32),
 }
@@ -71,6 +81,29 @@ pub struct Depths {
     pub(crate) opening: Opening,
     /// Items of runs that were measured.
     pub(crate) taken: u64,
+}
+
+/// The deepest items so far of runs with [`Measure::Deepest`], among the items of one chunk.
+#[derive(Debug, Default)]
+pub(crate) struct Deepest(BTreeMap<(u32, usize), (usize, f64)>);
+
+impl Deepest {
+    /// Depth of the deepest item of this run and body, where the last of them was in material; `between` says whether
+    /// an item between two others is of that run and body.
+    pub(crate) fn of(&self, key: (u32, usize), item: usize, between: impl Fn(usize) -> bool) -> Option<f64> {
+        let &(last, depth) = self.0.get(&key)?;
+        (last < item && !(last + 1..item).any(between)).then_some(depth)
+    }
+
+    /// Takes the depth of an item; one that is no deeper than `least` ends the run.
+    pub(crate) fn take(&mut self, key: (u32, usize), item: usize, depth: f64, least: f64) {
+        if depth > least {
+            let deepest = self.0.get(&key).map_or(depth, |known| depth.max(known.1));
+            self.0.insert(key, (item, deepest));
+        } else {
+            self.0.remove(&key);
+        }
+    }
 }
 
 /// An interval that an item takes up on a ray, with the ends of the material that it reaches.
@@ -92,24 +125,14 @@ pub(crate) type OpenEnds = ([f64; 2], [bool; 2]);
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RunLaps(pub(crate) BTreeMap<(u8, u32, u32), Vec<OpenEnds>>);
 
-/// Samples of the opening; the first `sorted` are a tree.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Opening {
-    pub(crate) samples: Vec<(Point, Vector)>,
-    pub(crate) sorted: usize,
-}
-
-/// Part of a cell across the normal within which a sample counts as near the foot of a point.
-const BESIDE: f64 = 1.5;
-/// Cosine of normals below which two faces count as those of a wall.
-const OPPOSITE: f64 = -0.9;
 /// Ends that lie this near to each other are one: one item has begun where the other has stopped, mm.
 const JOIN: f64 = 1e-9;
 /// Intervals of a single item that are looked at first; all only where these do not settle that it is deep.
 const FIRST: usize = 1500;
-/// Samples in a leaf of the tree, and the most that wait to be sorted in.
-const LEAF: usize = 8;
-const WAITING: usize = 512;
+/// Open ends that a first look for the deepest places takes, about.
+const COARSE: usize = 1000;
+/// Places that are tried for a proof that an item is deeper than a touch.
+const TRIED: usize = 4;
 
 impl Depths {
     /// Overlaps up to `least` (mm) on every ray are not measured further: their length is their depth.
@@ -117,34 +140,51 @@ impl Depths {
         Self { least, ..Self::default() }
     }
 
+    /// Overlaps up to this length are touches, mm.
+    pub(crate) fn least(&self) -> f64 {
+        self.least
+    }
+
     /// Depth of one item, mm. `laps` are its intervals in a fixed order, `longest` the longest of them.
     ///
-    /// `held` is the signed distance of a point from the body at the begin of the item, negative inside, and
-    /// `bound` what an item may leave, mm.
+    /// `known` is the depth of the deepest item of its run so far, with [`Measure::Deepest`]. `held` is the signed
+    /// distance of a point from the body at the begin of the item, negative inside, and `bound` what an item may
+    /// leave, mm.
     pub(crate) fn of_item(
         &mut self,
         grid: &RayGrid,
-        measure: Measure,
+        (measure, known): (Measure, Option<f64>),
         laps: &[RayLap],
         longest: f64,
         (held, bound): (impl Fn(&Point) -> f64, f64),
     ) -> f64 {
-        if measure == Measure::No || measure == Measure::Alone && longest <= self.least {
+        if measure == Measure::No || !matches!(measure, Measure::Since(_)) && longest <= self.least {
             return longest;
+        }
+        // What is left over from the item before, by the depth in its middle.
+        let left = |lap: &RayLap| {
+            let middle = held(&point(grid, lap.ray, 0.5 * (lap.lo + lap.hi)));
+            (middle < 0.0 && middle >= -bound && lap.ends.iter().all(Option::is_none)).then_some(middle)
+        };
+        let known = match measure {
+            Measure::Touch => Some(f64::INFINITY),
+            Measure::Deepest(_) => known.filter(|depth| *depth > self.least),
+            _ => None,
+        };
+        if let Some(depth) = known.and_then(|known| self.up_to(grid, laps, |lap| left(lap).is_some(), known)) {
+            return depth.min(longest);
         }
         let mut begun = 0.0_f64;
         let mut length = 0.0_f64;
         let entered: Vec<RayLap> = laps
             .iter()
             .filter(|lap| {
-                let middle = held(&point(grid, lap.ray, 0.5 * (lap.lo + lap.hi)));
-                let left = middle < 0.0 && middle >= -bound && lap.ends.iter().all(Option::is_none);
-                if left {
-                    begun = begun.max((-2.0 * middle).min(lap.hi - lap.lo));
-                } else {
-                    length = length.max(lap.hi - lap.lo);
+                let left = left(lap);
+                match left {
+                    Some(middle) => begun = begun.max((-2.0 * middle).min(lap.hi - lap.lo)),
+                    None => length = length.max(lap.hi - lap.lo),
                 }
-                !left
+                left.is_none()
             })
             .copied()
             .collect();
@@ -152,37 +192,63 @@ impl Depths {
         begun.max(rest)
     }
 
+    /// Depth of an item of which a depth `known` need not be passed, where that is less work than its own depth: that of
+    /// its deepest place where this is deeper, else of any place that is deeper than a touch. None where neither is
+    /// seen.
+    fn up_to(&self, grid: &RayGrid, laps: &[RayLap], left: impl Fn(&RayLap) -> bool, known: f64) -> Option<f64> {
+        let few: Vec<&RayLap> =
+            laps.iter().step_by(laps.len().div_ceil(FIRST).max(1)).filter(|lap| !left(lap)).collect();
+        // From an open end of its own interval no place is farther than the interval is long.
+        let mut deeper = few.clone();
+        deeper.retain(|lap| known.is_finite() && (lap.ends == [None; 2] || lap.hi - lap.lo > known));
+        if !deeper.is_empty() {
+            let coarse = Opening::of(grid, laps.iter().step_by(laps.len().div_ceil(COARSE).max(1)));
+            deeper.retain(|lap| coarse.may_be_deeper(grid, lap, known));
+        }
+        if !deeper.is_empty() {
+            let opening = Opening::of(grid, laps.iter());
+            let depth = opening.deepest(grid, deeper.into_iter(), alone, Some(known))?;
+            if depth > known {
+                return Some(depth);
+            }
+        }
+        let mut tried = few;
+        tried.sort_by(|a, b| (b.hi - b.lo).total_cmp(&(a.hi - a.lo)));
+        let depths = tried.into_iter().take(TRIED).filter_map(|lap| depth_by_all(grid, lap, laps));
+        depths.map(|depth| depth.min(known)).find(|depth| *depth > self.least)
+    }
+
     fn of_entered(&mut self, grid: &RayGrid, measure: Measure, laps: &[RayLap], longest: f64) -> f64 {
         match measure {
             Measure::No => longest,
-            Measure::Alone if longest <= self.least => longest,
-            Measure::Alone => {
-                let mut opening = Opening::default();
-                laps.iter().for_each(|lap| opening.add(grid, lap, |_| true));
-                opening.sort();
-                let alone = |lap: &RayLap| ([lap.lo, lap.hi], lap.ends.map(|e| e.is_some()));
+            Measure::Since(first) => self.of_run(grid, first, laps, longest),
+            _ if longest <= self.least => longest,
+            Measure::Alone | Measure::Touch | Measure::Deepest(_) => {
+                let opening = Opening::of(grid, laps.iter());
                 let step = laps.len().div_ceil(FIRST).max(1);
-                let few = opening.deepest(grid, laps.iter().step_by(step), alone);
+                let few = opening.deepest(grid, laps.iter().step_by(step), alone, None);
                 let depth = match few {
                     Some(d) if step == 1 || d > self.least => Some(d),
-                    _ => opening.deepest(grid, laps.iter(), alone),
+                    _ => opening.deepest(grid, laps.iter(), alone, few),
                 };
                 depth.unwrap_or(longest).min(longest)
             }
-            Measure::Since(first) => {
-                if self.since != Some(first) {
-                    (self.since, self.run, self.opening) = (Some(first), RunLaps::default(), Opening::default());
-                }
-                self.taken += 1;
-                let open = |mark: EndMark| mark.id == INITIAL || mark.id < first;
-                for lap in laps {
-                    self.run.add_lap(lap, open);
-                    self.opening.add(grid, lap, open);
-                }
-                self.opening.sort();
-                self.opening.deepest(grid, laps.iter(), |lap| self.run.at(lap)).unwrap_or(longest)
-            }
         }
+    }
+
+    /// Depth of an item in the material before its run.
+    fn of_run(&mut self, grid: &RayGrid, first: u32, laps: &[RayLap], longest: f64) -> f64 {
+        if self.since != Some(first) {
+            (self.since, self.run, self.opening) = (Some(first), RunLaps::default(), Opening::default());
+        }
+        self.taken += 1;
+        let open = |mark: EndMark| mark.id == INITIAL || mark.id < first;
+        for lap in laps {
+            self.run.add_lap(lap, open);
+            self.opening.add(grid, lap, open);
+        }
+        self.opening.sort();
+        self.opening.deepest(grid, laps.iter(), |lap| self.run.at(lap), None).unwrap_or(longest)
     }
 }
 
@@ -194,7 +260,7 @@ impl Depths {
 
     /// Bytes that the memory takes in a [`SweepLog`](crate::SweepLog), about.
     pub fn bytes(&self) -> u64 {
-        (48 * self.opening.samples.len() + 24 * self.run.0.len()) as u64
+        (48 * self.opening.samples().len() + 24 * self.run.0.len()) as u64
     }
 }
 
@@ -224,145 +290,7 @@ impl RunLaps {
     }
 }
 
-impl Opening {
-    fn add(&mut self, grid: &RayGrid, lap: &RayLap, open: impl Fn(EndMark) -> bool) {
-        for (s, end) in [lap.lo, lap.hi].into_iter().zip(lap.ends) {
-            if let Some(mark) = end.filter(|m| open(*m)) {
-                self.samples.push((point(grid, lap.ray, s), mark.normal()));
-            }
-        }
-    }
-
-    /// Sorts the samples that wait into the tree, when they have become many.
-    fn sort(&mut self) {
-        if self.samples.len() - self.sorted > WAITING.max(self.sorted / 2) {
-            sort(&mut self.samples, 0);
-            self.sorted = self.samples.len();
-        }
-    }
-
-    /// Depth of the deepest place of some intervals; none without an opening, or without a place on the skin.
-    fn deepest<'a>(
-        &self,
-        grid: &RayGrid,
-        laps: impl Iterator<Item = &'a RayLap>,
-        whole: impl Fn(&RayLap) -> ([f64; 2], [bool; 2]),
-    ) -> Option<f64> {
-        let near = BESIDE * grid.longest_cell();
-        let mut deepest: Option<f64> = None;
-        let mut look = |s: f64, lap: &RayLap, middle: bool| {
-            let x = point(grid, lap.ray, s);
-            let Some((depth, foot, m)) = self.distance(&x, near) else { return };
-            let other = x + (x - foot);
-            let across = if middle { self.nearest(&other).filter(|(p, _)| (p - other).norm() <= near) } else { None };
-            let depth = match across {
-                // Two faces against each other: their distance, wherever between them the place lies.
-                Some((p, n)) if m.dot(&n) < OPPOSITE => m.dot(&(foot - p)).abs().min(2.0 * depth),
-                Some(_) => 2.0 * depth,
-                None => depth,
-            };
-            deepest = Some(deepest.unwrap_or(0.0).max(depth));
-        };
-        for lap in laps {
-            let ([lo, hi], open) = whole(lap);
-            if open == [true; 2] {
-                look(0.5 * (lo + hi), lap, true);
-                continue;
-            }
-            for (s, end) in [lap.lo, lap.hi].into_iter().zip(lap.ends) {
-                if end.is_none() {
-                    look(s, lap, false);
-                }
-            }
-        }
-        deepest
-    }
-
-    /// Distance of a point, the place that it is measured to, and the normal there.
-    fn distance(&self, x: &Point, near: f64) -> Option<(f64, Point, Vector)> {
-        let (p, m) = self.nearest(x)?;
-        let way = x - p;
-        let along = m.dot(&way);
-        let beside = (way - m * along).norm() <= near;
-        Some(if beside { (along.abs(), x - m * along, m) } else { (way.norm(), p, m) })
-    }
-
-    fn nearest(&self, x: &Point) -> Option<(Point, Vector)> {
-        let (tree, waiting) = self.samples.split_at(self.sorted);
-        let mut best = (f64::INFINITY, None);
-        nearest(tree, 0, x, &mut best);
-        compare_samples(waiting, x, &mut best);
-        best.1
-    }
-}
-
-fn point(grid: &RayGrid, (a, i, j): (u8, u32, u32), s: f64) -> Point {
+pub(crate) fn point(grid: &RayGrid, (a, i, j): (u8, u32, u32), s: f64) -> Point {
     let a = usize::from(a);
     RayGrid::point(a, s, grid.center((a + 1) % 3, i as usize), grid.center((a + 2) % 3, j as usize))
-}
-
-/// Puts samples into the order of a tree: the middle one divides the others along an axis, then each half
-/// along the next (Bentley 1975, "Multidimensional binary search trees").
-fn sort(samples: &mut [(Point, Vector)], axis: usize) {
-    if samples.len() <= LEAF {
-        return;
-    }
-    let middle = samples.len() / 2;
-    let (low, _, high) = samples.select_nth_unstable_by(middle, |a, b| a.0[axis].total_cmp(&b.0[axis]));
-    sort(low, (axis + 1) % 3);
-    sort(high, (axis + 1) % 3);
-}
-
-/// Square of the distance of the nearest sample so far, and the sample.
-type Best = (f64, Option<(Point, Vector)>);
-
-fn compare_samples(samples: &[(Point, Vector)], x: &Point, best: &mut Best) {
-    for sample in samples {
-        let square = (x - sample.0).norm_squared();
-        if square < best.0 {
-            *best = (square, Some(*sample));
-        }
-    }
-}
-
-fn nearest(tree: &[(Point, Vector)], axis: usize, x: &Point, best: &mut Best) {
-    if tree.len() <= LEAF {
-        return compare_samples(tree, x, best);
-    }
-    let middle = tree.len() / 2;
-    let (low, rest) = tree.split_at(middle);
-    let (divider, high) = rest.split_at(1);
-    compare_samples(divider, x, best);
-    let over = x[axis] - divider[0].0[axis];
-    let (first, second) = if over < 0.0 { (low, high) } else { (high, low) };
-    nearest(first, (axis + 1) % 3, x, best);
-    if over * over < best.0 {
-        nearest(second, (axis + 1) % 3, x, best);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_tree_finds_the_nearest_of_all() {
-        let number = |k: usize| ((k as f64 * 12.9898).sin() * 43758.5453).fract().abs();
-        let at = |k: usize| Point::new(10.0 * number(3 * k), 4.0 * number(3 * k + 1), number(3 * k + 2));
-        for n in [0, 1, 7, 9, 500, 3000] {
-            let mut opening = Opening { samples: (0..n).map(|k| (at(k), Vector::z())).collect(), sorted: 0 };
-            let plain = opening.samples.clone();
-            opening.sort();
-            // Some that came later wait.
-            opening.samples.extend((n..n + 20).map(|k| (at(k), Vector::z())));
-            for k in 0..200 {
-                let x = at(100_000 + k) * 1.2;
-                let all = plain.iter().map(|s| s.0).chain((n..n + 20).map(at));
-                let wanted = all.map(|p| (x - p).norm()).fold(f64::INFINITY, f64::min);
-                // No sample lies near the foot: the distance itself.
-                assert_eq!(opening.distance(&x, -1.0).map(|d| d.0), Some(wanted), "{n}");
-            }
-        }
-        assert_eq!(Opening::default().distance(&Point::origin(), 1.0), None);
-    }
 }

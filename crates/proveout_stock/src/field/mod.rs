@@ -8,6 +8,7 @@ pub(crate) mod engagement;
 pub(crate) mod grid;
 pub(crate) mod last_emptied;
 pub(crate) mod mesh_rays;
+pub(crate) mod opening;
 pub(crate) mod raw_body;
 pub(crate) mod raw_stock;
 pub(crate) mod regrid_bound;

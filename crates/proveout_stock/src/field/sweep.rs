@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::{
     field::batch::{Batch, Split},
-    field::depth::{Depths, Measure, RayLap},
+    field::depth::{Deepest, Depths, Measure, RayLap},
     field::dexel::TriDexel,
     field::engagement::{Contact, PassMotions},
     field::grid::{RayGrid, TILE},
@@ -42,7 +42,7 @@ const ENTRIES: usize = 8 << 20;
 const ITEMS: usize = 16384;
 /// Entries of items whose depth is measured in one go: each may leave an interval of 48 bytes on each ray of
 /// its tile.
-const MEASURED_ENTRIES: usize = 1 << 16;
+const MEASURED_ENTRIES: usize = 1 << 13;
 
 impl TriDexel {
     /// Carries out the items in their order and reports on each.
@@ -68,13 +68,13 @@ impl TriDexel {
             let mut batch = self.batch(chunk.items, chunk.measures, &index[chunk.range.clone()], &bodies);
             batch.moves = self.watch_engagement.then(|| PassMotions::new(chunk.items, &index[chunk.range.clone()]));
             let reports = &mut reports[chunk.range.clone()];
-            let mut first = 0;
+            let (mut first, mut deepest) = (0, Deepest::default());
             while first < batch.ready.len() {
                 let (bins, next) = self.bin(&batch, first);
                 let mut works = self.works(&batch, bins);
                 let laps = works.iter_mut().flat_map(|work| std::mem::take(&mut work.laps)).collect();
                 self.put_back_tiles(works, reports);
-                self.measure(&chunk, laps, reports, depths);
+                self.measure(&chunk, laps, reports, (depths, &mut deepest));
                 first = next;
             }
         }
@@ -112,7 +112,7 @@ impl TriDexel {
         chunk: &ItemChunk<'_, '_>,
         mut laps: Vec<RayLap>,
         reports: &mut [SweepReport],
-        depths: &mut Depths,
+        (depths, deepest): (&mut Depths, &mut Deepest),
     ) {
         // In the order of the items; among those of one item, that of the tiles stays.
         laps.sort_by_key(|lap| lap.item);
@@ -125,8 +125,19 @@ impl TriDexel {
                 let z = way.dot(&begin.axis);
                 body.signed_distance([(way - begin.axis * z).norm(), z])
             };
-            reports[item].depth_mm =
-                Some(depths.of_item(&self.grid, chunk.measures[item], of_item, longest, (held, self.sweep_bound)));
+            let measure = chunk.measures[item];
+            let key_of = |item: usize| match chunk.measures[item] {
+                Measure::Deepest(run) => Some((run, std::ptr::from_ref(chunk.items[item].body) as usize)),
+                _ => None,
+            };
+            let key = key_of(item);
+            let known = key.and_then(|key| deepest.of(key, item, |k| key_of(k) == Some(key)));
+            let depth =
+                depths.of_item(&self.grid, (measure, known), of_item, longest, (held, self.sweep_bound));
+            if let Some(key) = key {
+                deepest.take(key, item, depth, depths.least());
+            }
+            reports[item].depth_mm = Some(depth);
         }
     }
 

@@ -3,7 +3,8 @@
 use proveout_geom::{Point, Vector};
 
 use crate::{
-    field::depth::{Depths, Opening, RunLaps},
+    field::depth::{Depths, RunLaps},
+    field::opening::Opening,
     persist::codec::{ByteFault, Decoder, Encoder, below},
 };
 
@@ -20,9 +21,8 @@ impl Depths {
                 out.number(u64::from(open[0]) | u64::from(open[1]) << 1);
             }
         }
-        out.number(self.opening.samples.len() as u64);
-        out.number(self.opening.sorted as u64);
-        for (p, n) in &self.opening.samples {
+        out.number(self.opening.samples().len() as u64);
+        for (p, n) in self.opening.samples() {
             [p.x, p.y, p.z, n.x, n.y, n.z].into_iter().for_each(|x| out.real(x));
         }
     }
@@ -47,12 +47,12 @@ impl Depths {
             self.run.0.insert(ray, all);
         }
         let count = below(input, input.left() as u64 + 1, "more samples than there are bytes")?;
-        let sorted = below(input, count + 1, "more samples in order than there are")? as usize;
-        self.opening = Opening { samples: Vec::new(), sorted };
+        let mut samples = Vec::new();
         for _ in 0..count {
             let mut three = || Ok::<[f64; 3], ByteFault>([input.real()?, input.real()?, input.real()?]);
-            self.opening.samples.push((Point::from(three()?), Vector::from(three()?)));
+            samples.push((Point::from(three()?), Vector::from(three()?)));
         }
+        self.opening = Opening::restored(samples);
         Ok(())
     }
 }

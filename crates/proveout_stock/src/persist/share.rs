@@ -19,7 +19,7 @@
 
 use crate::{
     StockFileError,
-    field::depth::{Depths, Measure, RayLap},
+    field::depth::{Deepest, Depths, Measure, RayLap},
     field::dexel::TriDexel,
     field::engagement::{Contact, PassMotions},
     field::grid::RayGrid,
@@ -212,7 +212,7 @@ impl TriDexel {
                 bound = bound.max(share.0.real()?);
             }
             self.sweep_bound = bound;
-            let mut first = 0;
+            let (mut first, mut deepest) = (0, Deepest::default());
             while first < chunk.items.len() {
                 let mut works = Vec::new();
                 let mut pass = None;
@@ -232,7 +232,7 @@ impl TriDexel {
                 let laps = works.iter_mut().flat_map(|work| std::mem::take(&mut work.laps)).collect();
                 let reports = &mut reports[chunk.range.clone()];
                 self.put_back_tiles(works, reports);
-                self.measure(&chunk, laps, reports, depths);
+                self.measure(&chunk, laps, reports, (depths, &mut deepest));
                 first += count;
             }
         }

@@ -2,16 +2,17 @@
 //! neither scene nor machine.
 //!
 //! ```text
-//!   motion.bin   PROVEOUT-MOTION 1\n, 1 where engagement is watched, tools (4),
+//!   motion.bin   PROVEOUT-MOTION 2\n, 1 where engagement is watched, tools (4),
 //!                and for each tool four lists of bodies:
 //!                  core, cutting, others, widened holder: bodies (4), of each its segments (4):
 //!                  0 and 4 reals, 1 and 7 reals
-//!                then for each stretch with a tool in the spindle: pieces (4 bytes), and 109 bytes each:
+//!                then for each stretch with a tool in the spindle: pieces (4 bytes), and 113 bytes each:
 //!                   0  number of the piece
 //!                   4  tool
 //!                   8  first piece of its barred run, 2^32 - 1 for none
-//!                  12  1 where it goes down
-//!                  13  tip and axis at both ends, twelve reals
+//!                  12  first piece of its run of joined findings
+//!                  16  1 where it goes down, 2 where its tool has just come
+//!                  17  tip and axis at both ends, twelve reals
 //!   jobs/0000k   raw-stock.dexel, raw-patch-0.dexel .. : the material of shard k
 //! ```
 //!
@@ -44,8 +45,8 @@ pub const MOTION: &str = "motion.bin";
 /// Raw stock of a shard, in the folder of its job.
 const RAW: &str = "raw-stock.dexel";
 
-const MOTION_MAGIC: &[u8] = b"PROVEOUT-MOTION 1\n";
-const PIECE: usize = 109;
+const MOTION_MAGIC: &[u8] = b"PROVEOUT-MOTION 2\n";
+const PIECE: usize = 113;
 /// Most pieces of a stretch of two seconds, and most bodies or segments of a list: what is more is no file of
 /// ours.
 const MOST_PIECES: u32 = 1 << 24;
@@ -160,6 +161,7 @@ fn write_stretch(out: &mut impl Write, cuts: &[PieceCut]) -> std::io::Result<()>
         out.write_all(&cut.id.to_le_bytes())?;
         out.write_all(&(cut.tool as u32).to_le_bytes())?;
         out.write_all(&cut.since.unwrap_or(u32::MAX).to_le_bytes())?;
+        out.write_all(&cut.joined.to_le_bytes())?;
         out.write_all(&[u8::from(cut.goes_down) | u8::from(cut.entered) << 1])?;
         for pose in [&cut.motion.from, &cut.motion.to] {
             for x in [pose.tip.x, pose.tip.y, pose.tip.z, pose.axis.x, pose.axis.y, pose.axis.z] {
@@ -285,9 +287,10 @@ impl<'p> MotionReader<'p> {
                 id: u32_at(b, 0),
                 tool,
                 since: Some(u32_at(b, 8)).filter(|s| *s != u32::MAX),
-                goes_down: b[12] & 1 != 0,
-                entered: b[12] & 2 != 0,
-                motion: SweepMotion { from: pose(13), to: pose(61) },
+                joined: u32_at(b, 12),
+                goes_down: b[16] & 1 != 0,
+                entered: b[16] & 2 != 0,
+                motion: SweepMotion { from: pose(17), to: pose(65) },
             })
         });
         pieces.collect::<Result<Vec<_>, _>>().map(Some)
