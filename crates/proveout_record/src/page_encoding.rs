@@ -11,6 +11,9 @@ use crate::picture::Picture;
 /// Values are cut to this: half precision ends at 65504.
 const LARGEST_HALF: f32 = 6e4;
 
+/// Level of compression: higher ones take longer than what they save is worth.
+const LEVEL: u32 = 6;
+
 /// Base64 (RFC 4648, section 4), with padding.
 pub(crate) fn base64(bytes: &[u8]) -> String {
     STANDARD.encode(bytes)
@@ -18,7 +21,7 @@ pub(crate) fn base64(bytes: &[u8]) -> String {
 
 /// Bytes compressed (zlib, RFC 1950), in Base64.
 pub(crate) fn deflated(bytes: &[u8]) -> String {
-    let mut out = ZlibEncoder::new(Vec::new(), Compression::best());
+    let mut out = ZlibEncoder::new(Vec::new(), Compression::new(LEVEL));
     let packed = out.write_all(bytes).and_then(|()| out.finish());
     base64(&packed.unwrap_or_default()) // memory takes everything
 }

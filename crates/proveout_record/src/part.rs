@@ -29,7 +29,7 @@ pub(crate) fn colors_of(picture: &Picture, map: Option<DeviationMap>) -> Vec<Rgb
     map.map_or_else(Vec::new, |map| picture.values.iter().map(|v| map.color(f64::from(*v))).collect())
 }
 
-/// Writes `part.glb` (steel) and `deviation.glb` (colored, or steel when the scene has no design).
+/// Writes `part.glb` (steel), and `deviation.glb` (the same in colors) where deviations were measured.
 ///
 /// A surface above two million triangles is gathered in cells; the file then says so in its extras.
 ///
@@ -59,16 +59,11 @@ fn write_shown(
         let names: Vec<&str> = shape.patches.iter().map(|p| p.name.as_str()).collect();
         format!("{size}; finer in the patches {}, not joined at their faces", names.join(", "))
     };
-    let map = shown.map(range_floor_mm);
-    let colored = map.map_or_else(
-        || "no design part: the surface carries no deviations".to_owned(),
-        |m| format!("red -{0} mm (gouge), gray 0, blue +{0} mm (material left)", m.range),
-    );
-    let colors = colors_of(picture, map);
-    for (name, note, colors) in
-        [("part", size.clone(), &[][..]), ("deviation", format!("{size}; {colored}"), colors.as_slice())]
-    {
-        write_file(folder, name, &note, picture, colors)?;
+    write_file(folder, "part", &size, picture, &[])?;
+    if let Some(map) = shown.map(range_floor_mm) {
+        let colored = format!("red -{0} mm (gouge), gray 0, blue +{0} mm (material left)", map.range);
+        let colors = colors_of(picture, Some(map));
+        write_file(folder, "deviation", &format!("{size}; {colored}"), picture, &colors)?;
     }
     Ok(())
 }

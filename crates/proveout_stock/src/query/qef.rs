@@ -17,17 +17,20 @@ pub(crate) struct Planes {
     pub normal: Vector,
     count: f64,
     reference: Point,
+    /// Normal of the first crossing, as long as the others have the same.
+    only: Option<Vector>,
 }
 
 impl Planes {
     /// Coordinates are taken from a reference point near by, against rounding.
     pub(crate) fn new(reference: Point) -> Self {
         let zero = Vector::zeros();
-        Self { ata: Matrix3::zeros(), atb: zero, sum: zero, normal: zero, count: 0.0, reference }
+        Self { ata: Matrix3::zeros(), atb: zero, sum: zero, normal: zero, count: 0.0, reference, only: None }
     }
 
     pub(crate) fn add(&mut self, point: &Point, normal: &Vector) {
         let p = point - self.reference;
+        self.only = if self.count == 0.0 { Some(*normal) } else { self.only.filter(|only| only == normal) };
         self.ata += normal * normal.transpose();
         self.atb += normal * normal.dot(&p);
         self.sum += p;
@@ -39,9 +42,15 @@ impl Planes {
     /// it open (Ju et al. 2002, "Dual Contouring of Hermite Data"; the truncation of Lindstrom 2000).
     pub(crate) fn solve(&self) -> Point {
         let mean = self.sum / self.count.max(1.0);
+        let rest = self.atb - self.ata * mean;
+        if let Some(n) = self.only {
+            // Parallel planes: the mean of the crossings, moved along the normal into the mean plane.
+            let square = n.norm_squared();
+            let shift = if square > 0.0 { n * (n.dot(&rest) / (self.count * square * square)) } else { Vector::zeros() };
+            return self.reference + mean + shift;
+        }
         let eigen = SymmetricEigen::new(self.ata);
         let largest = eigen.eigenvalues.max();
-        let rest = self.atb - self.ata * mean;
         let mut shift = Vector::zeros();
         for (value, axis) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             if *value > RANK * largest && *value > 0.0 {
@@ -67,5 +76,15 @@ mod tests {
         flat.add(&Point::new(0.0, 0.0, 1.0), &Vector::z());
         flat.add(&Point::new(1.0, 2.0, 1.0), &Vector::z());
         assert!((flat.solve() - Point::new(0.5, 1.0, 1.0)).norm() < 1e-12);
+        // The same by the general way: a normal that differs in its last bits.
+        let slanted = Vector::new(0.48, 0.6, 0.64);
+        let nearly = slanted + Vector::new(1e-16, 0.0, 1e-16);
+        let solved = |second: Vector| {
+            let mut planes = Planes::new(Point::new(0.1, 0.2, 0.3));
+            planes.add(&Point::new(0.3, 0.5, 0.7), &slanted);
+            planes.add(&Point::new(0.9, -0.2, 0.8), &second);
+            planes.solve()
+        };
+        assert!(nearly != slanted && (solved(nearly) - solved(slanted)).norm() < 1e-12);
     }
 }

@@ -203,6 +203,18 @@ impl SurfaceMesh {
     }
 }
 
+/// Sets the bits `first..end` of a row.
+fn set_bits(row: &mut [u64], first: usize, end: usize) {
+    for (w, word) in row.iter_mut().enumerate().take(end.div_ceil(64)).skip(first / 64) {
+        let from = !0 << first.saturating_sub(64 * w);
+        let to = match end - 64 * w {
+            left @ 0..64 => (1 << left) - 1,
+            _ => !0,
+        };
+        *word |= from & to;
+    }
+}
+
 impl<'a> Nodes<'a> {
     /// Those of the range `from..to`.
     pub(crate) fn new(stock: &'a TriDexel, step: usize, m: [usize; 3], from: [usize; 3], to: [usize; 3]) -> Self {
@@ -219,8 +231,9 @@ impl<'a> Nodes<'a> {
                 for span in stock.spans(2, (i - 1) * step, (j - 1) * step) {
                     // Nodes with lo <= center < hi.
                     let node = |z: f64| stock.grid.first_at_or_above(2, z).div_ceil(step) + 1;
-                    for k in node(span.lo).max(from[2])..node(span.hi).min(to[2]).min(m[2] + 1) {
-                        row[(k - from[2]) / 64] |= 1 << ((k - from[2]) % 64);
+                    let [low, high] = [node(span.lo).max(from[2]), node(span.hi).min(to[2]).min(m[2] + 1)];
+                    if low < high {
+                        set_bits(row, low - from[2], high - from[2]);
                     }
                 }
             }
@@ -390,5 +403,22 @@ impl<'a> Nodes<'a> {
             }
         }
         (out, off)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_of_bits_is_that_bit_by_bit() {
+        for first in 0..200 {
+            for end in first + 1..=200 {
+                let (mut row, mut wanted) = ([1_u64 << 5, 0, 0, 1 << 63], [1_u64 << 5, 0, 0, 1 << 63]);
+                set_bits(&mut row, first, end);
+                (first..end).for_each(|k| wanted[k / 64] |= 1 << (k % 64));
+                assert_eq!(row, wanted, "{first} {end}");
+            }
+        }
     }
 }
