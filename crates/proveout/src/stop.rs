@@ -80,7 +80,11 @@ fn stop(phase: &Phase) {
         Phase::Ending => return,
         Phase::Reading => tell!("\nstopped before the first cut: there is nothing to resume"),
         Phase::Running(partial) => {
-            tell!("\nstopped; to resume: {}", call());
+            if crate::words().iter().any(|word| word == "--no-journal") {
+                tell!("\nstopped; without a journal there is nothing to resume");
+            } else {
+                tell!("\nstopped; to resume: {}", call());
+            }
             for _ in 0..TRIES {
                 if std::fs::remove_dir_all(partial).is_ok() {
                     break;

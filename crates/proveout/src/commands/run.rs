@@ -82,7 +82,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     }
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
     let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
-    let journal = journal(args.resume, &folder, &Begun::of(&prepared, &choice))?;
+    let journal = journal(args, &folder, &Begun::of(&prepared, &choice))?;
     stop.running(folder.path());
     let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
     watchers.extend(observers(&recorder(args.rerun)).map_err(Failure::new)?);
@@ -113,8 +113,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
 }
 
 /// The journal of a new run, or of the one that was stopped.
-fn journal(resume: bool, folder: &RunFolder, begun: &Begun) -> Result<Journal, Failure> {
-    let path = folder.journal();
+fn journal(args: &RunArgs, folder: &RunFolder, begun: &Begun) -> Result<Journal, Failure> {
+    let (path, resume) = (folder.journal(), args.resume);
     let open = if resume { Journal::go_on } else { Journal::begin };
     let journal = open(&path, begun).map_err(|e| {
         let failure = Failure::from(&SimError::from(e));
@@ -123,7 +123,7 @@ fn journal(resume: bool, folder: &RunFolder, begun: &Begun) -> Result<Journal, F
     if resume {
         tell!("resuming: {:.1} MiB of cuts are read from the journal", journal.left() as f64 / f64::from(1 << 20));
     }
-    Ok(journal)
+    Ok(if args.no_journal { journal.kept_empty() } else { journal })
 }
 
 /// A failure, and what becomes of the journal: it stays where the system refused something, since nothing is

@@ -291,6 +291,31 @@ fn two_runs_do_not_write_to_one_place() {
     assert!(shop.path().join("result/verdict.json").is_file());
 }
 
+/// With and without a journal: what lies beside the run folder while the stock is cut, and what a stop says.
+#[cfg(unix)]
+#[test]
+fn without_a_journal_nothing_is_recorded_and_a_stopped_run_says_so() {
+    let size = |shop: &Workshop| fs::metadata(shop.path().join(JOURNAL)).map_or(0, |about| about.len());
+    let mut sizes = [0, 0];
+    for (k, more) in [&[][..], &["--no-journal"]].into_iter().enumerate() {
+        let shop = shop();
+        // Later and later, until the signal finds it cutting.
+        for tenths in 4.. {
+            let found = stopped(&shop, more, "INT", Duration::from_millis(100 * tenths)).expect("it cuts for seconds");
+            assert_eq!(found.0, Some(130), "{}", found.1);
+            sizes[k] = size(&shop);
+            if found.1.contains("before the first cut") || k == 0 && sizes[0] < 1 << 16 {
+                continue;
+            }
+            let said = ["to resume: proveout run", "without a journal there is nothing to resume"][k];
+            assert!(found.1.contains(said), "{}", found.1);
+            break;
+        }
+    }
+    // Its head names the inputs.
+    assert!(sizes[1] < 1 << 13 && sizes[0] >= 1 << 16, "{sizes:?}");
+}
+
 /// A limit of the size of files represents a disk that is full: the system refuses to write on.
 #[cfg(unix)]
 #[test]

@@ -127,6 +127,8 @@ pub struct Journal {
     told: u64,
     fault: Option<JournalError>,
     given_up: Option<String>,
+    /// Nothing is recorded; the file keeps other runs away.
+    empty: bool,
 }
 
 impl Journal {
@@ -184,7 +186,13 @@ impl Journal {
 
     fn at(path: &Path, file: File, at: u64, until: u64) -> Self {
         let path = path.to_owned();
-        Self { path, file, at, until, end: until, since_told: 0, told: 0, fault: None, given_up: None }
+        Self { path, file, at, until, end: until, since_told: 0, told: 0, fault: None, given_up: None, empty: false }
+    }
+
+    /// The same without records: it only keeps other runs out of the folder.
+    #[must_use]
+    pub fn kept_empty(self) -> Self {
+        Self { empty: true, ..self }
     }
 
     /// Bytes that are left to be taken instead of cutting.
@@ -209,7 +217,7 @@ impl Journal {
         items: &[SweepItem<'_>],
         measures: &[Measure],
     ) -> Vec<SweepReport> {
-        if self.given_up.is_some() || self.fault.is_some() {
+        if self.empty || self.given_up.is_some() || self.fault.is_some() {
             return cutting.sweep(items, measures);
         }
         if self.at == self.until {
