@@ -78,17 +78,22 @@ impl Projection {
         if !(area.abs() > LEAST_SHOWN && [a, b, c].iter().flatten().all(|v| v.is_finite())) {
             return;
         }
-        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
-        let Some(normal) = normal.try_normalize(NO_AREA) else { return };
-        let light = (self.back + self.up * 0.45 - self.right * 0.3).normalize();
-        let shade = 0.4 + 0.6 * normal.dot(&light).abs();
         let range = |k: usize| {
             let (low, high) = (a[k].min(b[k]).min(c[k]), a[k].max(b[k]).max(c[k]));
             let (low, high) = ((low - 0.5).ceil().max(0.0), (high - 0.5).floor().min(self.size[k] as f64 - 1.0));
             if high < low { 0..0 } else { low as usize..high as usize + 1 }
         };
-        for y in range(1) {
-            for x in range(0) {
+        // Most triangles of a large mesh lie beside a small view.
+        let (columns, rows) = (range(0), range(1));
+        if columns.is_empty() || rows.is_empty() {
+            return;
+        }
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        let Some(normal) = normal.try_normalize(NO_AREA) else { return };
+        let light = (self.back + self.up * 0.45 - self.right * 0.3).normalize();
+        let shade = 0.4 + 0.6 * normal.dot(&light).abs();
+        for y in rows {
+            for x in columns.clone() {
                 let (px, py) = (x as f64 + 0.5, y as f64 + 0.5);
                 let edge =
                     |u: [f64; 3], v: [f64; 3]| ((v[0] - u[0]) * (py - u[1]) - (v[1] - u[1]) * (px - u[0])) / area;
