@@ -253,3 +253,56 @@ fn a_chord_that_the_sweep_may_leave_is_no_depth() {
         assert!(found < 4e-4, "{found}");
     }
 }
+
+/// A body that goes through ribs at random, measured in full and as far as a finding asks for it: the deepest item of
+/// each run has its depth, no other is said to be deeper than it is, and which items are deeper than a touch is the
+/// same.
+#[test]
+fn what_a_finding_asks_for_is_that_of_the_whole_measure() {
+    let body = flat(9.0, 6.0);
+    let mut random = Random(11);
+    let mut runs = 0;
+    for _ in 0..12 {
+        let cell = random.range(0.25, 0.6);
+        let mut stock = block(cell);
+        let cutter = flat(1.6, 40.0);
+        for k in 0..1 + random.pick(5) as u32 {
+            let x = random.range(0.0, 60.0);
+            stock.sweep(&[remove(k, &cutter, at(x, -3.0, -12.0), at(x, 23.0, -12.0))]);
+        }
+        // In and out of the block, some of it just touching its top.
+        let mut from = at(-12.0, 10.1, 0.5);
+        let ways: Vec<[ToolPose; 2]> = (0..60)
+            .map(|k| {
+                let dip = if k % 9 < 3 { 0.3 } else { random.range(-1.8, 0.006) };
+                let to = at(from.tip.x + random.range(0.2, 2.2), 10.1, dip);
+                [std::mem::replace(&mut from, to), to]
+            })
+            .collect();
+        let items: Vec<_> = ways.iter().zip(50..).map(|([a, b], id)| probe(id, &body, *a, *b)).collect();
+        let mut depths = |measure: &dyn Fn(usize) -> Measure| -> Vec<f64> {
+            let measures: Vec<Measure> = (0..items.len()).map(measure).collect();
+            let reports = stock.sweep_measured(&items, &measures, &mut Depths::new(CONTACT));
+            reports.iter().map(|r| r.depth_mm.unwrap_or(r.overlap_mm)).collect()
+        };
+        let whole = depths(&|_| Measure::Alone);
+        let touch = depths(&|_| Measure::Touch);
+        // Runs end where nothing is met, and at every twentieth item.
+        let deepest_of = depths(&|k| Measure::Deepest(50 + k as u32 / 20 * 20));
+        for k in 0..items.len() {
+            for (how, least) in [("touch", touch[k]), ("deepest", deepest_of[k])] {
+                assert_eq!(least > CONTACT, whole[k] > CONTACT, "{how} {k}: {least} of {}", whole[k]);
+                assert!(least <= whole[k] + 1e-9, "{how} {k}: {least} of {}", whole[k]);
+            }
+        }
+        let mut k = 0;
+        while k < items.len() {
+            let end = (k + 1..items.len()).find(|&e| e % 20 == 0 || whole[e] <= CONTACT).unwrap_or(items.len());
+            let most = |of: &[f64]| of[k..end].iter().copied().fold(0.0, f64::max);
+            assert!((most(&deepest_of) - most(&whole)).abs() < 1e-9, "{k} to {end}");
+            runs += usize::from(most(&whole) > CONTACT);
+            k = end;
+        }
+    }
+    assert!(runs > 60, "{runs} runs in material");
+}

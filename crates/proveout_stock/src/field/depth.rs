@@ -200,7 +200,7 @@ impl Depths {
             laps.iter().step_by(laps.len().div_ceil(FIRST).max(1)).filter(|lap| !left(lap)).collect();
         // From an open end of its own interval no place is farther than the interval is long.
         let mut deeper = few.clone();
-        deeper.retain(|lap| known.is_finite() && (lap.ends == [None; 2] || lap.hi - lap.lo > known));
+        deeper.retain(|lap| known.is_finite() && (lap.ends.iter().all(Option::is_none) || lap.hi - lap.lo > known));
         if !deeper.is_empty() {
             let coarse = Opening::of(grid, laps.iter().step_by(laps.len().div_ceil(COARSE).max(1)));
             deeper.retain(|lap| coarse.may_be_deeper(grid, lap, known));

@@ -127,7 +127,7 @@ impl TriDexel {
             };
             let measure = chunk.measures[item];
             let key_of = |item: usize| match chunk.measures[item] {
-                Measure::Deepest(run) => Some((run, std::ptr::from_ref(chunk.items[item].body) as usize)),
+                Measure::Deepest(run) => Some((run, std::ptr::from_ref(chunk.items[item].body).addr())),
                 _ => None,
             };
             let key = key_of(item);
