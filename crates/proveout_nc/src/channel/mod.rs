@@ -58,18 +58,18 @@ pub(crate) use recover::{FailedBlock, Recovery, Salvage, TakenOut};
 pub(crate) use technology::{Technology, direction_of, direction_of_thread, opposite};
 
 /// A language of programs: how its blocks are read, and what they mean.
-pub(crate) trait Language: Debug + Sized {
+pub(crate) trait Language: Send + Debug + Sized {
     /// Structure of a program file.
-    type Index: Debug;
+    type Index: Send + Sync + Debug;
     /// What a level of the call stack keeps besides its place.
-    type Level: Debug;
+    type Level: Send + Debug;
     /// The words of a block; one is kept for the whole run.
-    type Block: Debug + Default;
+    type Block: Send + Debug + Default;
     /// What a command carries on its way out of the queue.
-    type Mark: Debug + Default;
-    type Variables: Debug;
+    type Mark: Send + Debug + Default;
+    type Variables: Send + Debug;
     /// What stays in force from block to block.
-    type Modal: Debug;
+    type Modal: Send + Debug;
 
     /// Structure of a file, and what is wrong with it. `main`: the file is that of the program, not of a
     /// subprogram.

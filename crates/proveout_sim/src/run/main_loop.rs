@@ -229,7 +229,8 @@ fn drive(
         let Some(chunk) = chunk.map_err(|e| from_run_error(opened(prepared, e)))? else { break };
         let chunk = watch.cut(chunk);
         if ahead {
-            let (done, next) = rayon::join(|| take_chunk(prepared, engine, stages, observers, &mut watch, chunk), &mut plan);
+            let (done, next) =
+                rayon::join(|| take_chunk(prepared, engine, stages, observers, &mut watch, chunk), &mut plan);
             done?;
             planned = Some(next);
         } else {

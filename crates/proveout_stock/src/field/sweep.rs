@@ -132,8 +132,7 @@ impl TriDexel {
             };
             let key = key_of(item);
             let known = key.and_then(|key| deepest.of(key, item, |k| key_of(k) == Some(key)));
-            let depth =
-                depths.of_item(&self.grid, (measure, known), of_item, longest, (held, self.sweep_bound));
+            let depth = depths.of_item(&self.grid, (measure, known), of_item, longest, (held, self.sweep_bound));
             if let Some(key) = key {
                 deepest.take(key, item, depth, depths.least());
             }

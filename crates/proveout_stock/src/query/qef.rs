@@ -46,7 +46,8 @@ impl Planes {
         if let Some(n) = self.only {
             // Parallel planes: the mean of the crossings, moved along the normal into the mean plane.
             let square = n.norm_squared();
-            let shift = if square > 0.0 { n * (n.dot(&rest) / (self.count * square * square)) } else { Vector::zeros() };
+            let shift =
+                if square > 0.0 { n * (n.dot(&rest) / (self.count * square * square)) } else { Vector::zeros() };
             return self.reference + mean + shift;
         }
         let eigen = SymmetricEigen::new(self.ata);
