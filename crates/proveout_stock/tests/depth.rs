@@ -299,7 +299,8 @@ fn what_a_finding_asks_for_is_that_of_the_whole_measure() {
         while k < items.len() {
             let end = (k + 1..items.len()).find(|&e| e % 20 == 0 || whole[e] <= CONTACT).unwrap_or(items.len());
             let most = |of: &[f64]| of[k..end].iter().copied().fold(0.0, f64::max);
-            assert!((most(&deepest_of) - most(&whole)).abs() < 1e-9, "{k} to {end}");
+            let both = [most(&deepest_of), most(&whole)];
+            assert!((both[0] - both[1]).abs() < 1e-9, "{k} to {end}: {both:?}");
             runs += usize::from(most(&whole) > CONTACT);
             k = end;
         }

@@ -171,7 +171,9 @@ impl Depths {
             Measure::Deepest(_) => known.filter(|depth| *depth > self.least),
             _ => None,
         };
-        if let Some(depth) = known.and_then(|known| self.up_to(grid, laps, |lap| left(lap).is_some(), known)) {
+        let few: Vec<&RayLap> =
+            laps.iter().step_by(laps.len().div_ceil(FIRST).max(1)).filter(|lap| left(lap).is_none()).collect();
+        if let Some(depth) = known.and_then(|known| self.up_to(grid, laps, &few, known)) {
             return depth.min(longest);
         }
         let mut begun = 0.0_f64;
@@ -188,18 +190,20 @@ impl Depths {
             })
             .copied()
             .collect();
-        let rest = if entered.is_empty() { 0.0 } else { self.of_entered(grid, measure, &entered, length.min(longest)) };
+        let rest = match measure {
+            _ if entered.is_empty() => 0.0,
+            Measure::Since(first) => self.of_run(grid, first, &entered, length.min(longest)),
+            _ => self.of_entered(grid, &entered, &few, length.min(longest)),
+        };
         begun.max(rest)
     }
 
     /// Depth of an item of which a depth `known` need not be passed, where that is less work than its own depth: that of
     /// its deepest place where this is deeper, else of any place that is deeper than a touch. None where neither is
     /// seen.
-    fn up_to(&self, grid: &RayGrid, laps: &[RayLap], left: impl Fn(&RayLap) -> bool, known: f64) -> Option<f64> {
-        let few: Vec<&RayLap> =
-            laps.iter().step_by(laps.len().div_ceil(FIRST).max(1)).filter(|lap| !left(lap)).collect();
+    fn up_to(&self, grid: &RayGrid, laps: &[RayLap], few: &[&RayLap], known: f64) -> Option<f64> {
         // From an open end of its own interval no place is farther than the interval is long.
-        let mut deeper = few.clone();
+        let mut deeper = few.to_vec();
         deeper.retain(|lap| known.is_finite() && (lap.ends.iter().all(Option::is_none) || lap.hi - lap.lo > known));
         if !deeper.is_empty() {
             let coarse = Opening::of(grid, laps.iter().step_by(laps.len().div_ceil(COARSE).max(1)));
@@ -212,28 +216,24 @@ impl Depths {
                 return Some(depth);
             }
         }
-        let mut tried = few;
+        let mut tried = few.to_vec();
         tried.sort_by(|a, b| (b.hi - b.lo).total_cmp(&(a.hi - a.lo)));
         let depths = tried.into_iter().take(TRIED).filter_map(|lap| depth_by_all(grid, lap, laps));
         depths.map(|depth| depth.min(known)).find(|depth| *depth > self.least)
     }
 
-    fn of_entered(&mut self, grid: &RayGrid, measure: Measure, laps: &[RayLap], longest: f64) -> f64 {
-        match measure {
-            Measure::No => longest,
-            Measure::Since(first) => self.of_run(grid, first, laps, longest),
-            _ if longest <= self.least => longest,
-            Measure::Alone | Measure::Touch | Measure::Deepest(_) => {
-                let opening = Opening::of(grid, laps.iter());
-                let step = laps.len().div_ceil(FIRST).max(1);
-                let few = opening.deepest(grid, laps.iter().step_by(step), alone, None);
-                let depth = match few {
-                    Some(d) if step == 1 || d > self.least => Some(d),
-                    _ => opening.deepest(grid, laps.iter(), alone, few),
-                };
-                depth.unwrap_or(longest).min(longest)
-            }
+    /// Depth of an item as it meets the material; `few` are looked at first.
+    fn of_entered(&self, grid: &RayGrid, laps: &[RayLap], few: &[&RayLap], longest: f64) -> f64 {
+        if longest <= self.least {
+            return longest;
         }
+        let opening = Opening::of(grid, laps.iter());
+        let first = opening.deepest(grid, few.iter().copied(), alone, None);
+        let depth = match first {
+            Some(d) if few.len() == laps.len() || d > self.least => Some(d),
+            _ => opening.deepest(grid, laps.iter(), alone, first),
+        };
+        depth.unwrap_or(longest).min(longest)
     }
 
     /// Depth of an item in the material before its run.
