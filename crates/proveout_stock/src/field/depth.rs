@@ -95,11 +95,10 @@ impl Deepest {
         (last < item && !(last + 1..item).any(between)).then_some(depth)
     }
 
-    /// Takes the depth of an item; one that is no deeper than `least` ends the run.
-    pub(crate) fn take(&mut self, key: (u32, usize), item: usize, depth: f64, least: f64) {
+    /// Takes the depth of an item, of which `known` was asked before; one that is no deeper than `least` ends the run.
+    pub(crate) fn take(&mut self, key: (u32, usize), item: usize, known: Option<f64>, [depth, least]: [f64; 2]) {
         if depth > least {
-            let deepest = self.0.get(&key).map_or(depth, |known| depth.max(known.1));
-            self.0.insert(key, (item, deepest));
+            self.0.insert(key, (item, known.map_or(depth, |known| depth.max(known))));
         } else {
             self.0.remove(&key);
         }

@@ -134,7 +134,7 @@ impl TriDexel {
             let known = key.and_then(|key| deepest.of(key, item, |k| key_of(k) == Some(key)));
             let depth = depths.of_item(&self.grid, (measure, known), of_item, longest, (held, self.sweep_bound));
             if let Some(key) = key {
-                deepest.take(key, item, depth, depths.least());
+                deepest.take(key, item, known, [depth, depths.least()]);
             }
             reports[item].depth_mm = Some(depth);
         }
