@@ -9,6 +9,7 @@ mod command_lines;
 mod compensation;
 mod controls;
 mod first_part;
+mod feeds;
 mod free_axes;
 mod hostile;
 mod jobs;

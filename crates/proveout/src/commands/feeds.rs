@@ -56,6 +56,11 @@ pub(crate) fn feeds(args: &FeedsArgs) -> Result<(), Failure> {
         return Err(Failure::new(format!("the new feeds have findings that the program did not have: {}", lines.join(", ")))
             .with_help("nothing is written; lower max_feed_mm_min of the tool, or use a wider --dead-band"));
     }
+    let over = found.worst.filter(|(ratio, ..)| *ratio > OVER && mode != FeedMode::Analyse);
+    if let Some((ratio, binds, line)) = over {
+        let message = format!("line {line}: {} is {:.1} percent of its limit with the new feeds", binds.word(), PERCENT * ratio);
+        return Err(Failure::new(message).with_help("nothing is written; lower the feed of this line and the one before it"));
+    }
     if let Some(report) = &args.report {
         let json = serde_json::to_string_pretty(&Report::of(&found, args.mode));
         put_bytes(report, args.force, json.map_err(|e| Failure::new(format!("the report cannot be written: {e}")))?)?;

@@ -261,3 +261,111 @@ impl SampleMaker {
 
 /// Most by which the way of a sample is taken to be longer than its chord: beyond, it turns back.
 const MOST_BENT: f64 = 2.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proveout_controller::Piece;
+    use proveout_geom::Point;
+    use proveout_machine::JointValues;
+
+    const STATE: CuttingState = CuttingState { tool: Some(0), spindle: SpindleDirection::Clockwise, speed_rpm: 3000.0 };
+
+    fn pose(x: f64, lean: f64) -> ToolPose {
+        ToolPose { tip: Point::new(x, 0.0, 0.0), axis: Vector::new(lean.sin(), 0.0, lean.cos()) }
+    }
+
+    fn piece(block: u32, time: [f64; 2], pose: [ToolPose; 2]) -> Piece {
+        Piece {
+            time,
+            block,
+            kind: MoveKind::Feed,
+            joints: [JointValues::ZERO; 2],
+            pose,
+            deviation: 0.0,
+            edge_deviation: 0.0,
+            joint_deviation: JointValues::ZERO,
+            finer: None,
+        }
+    }
+
+    fn contact(id: u32, step: u32, steps: u32, angle: [f64; 2]) -> SliceContact {
+        SliceContact {
+            id,
+            step,
+            steps,
+            slice: 1,
+            height: [1.0, 2.0],
+            across: [-1.0, 1.0],
+            angle,
+            around: false,
+            volume_mm3: 2.0,
+        }
+    }
+
+    fn tool() -> Tool {
+        let text = "[[tool]]\nnumber = 1\nname = \"F\"\nkind = \"flat\"\ndiameter_mm = 10\nflute_length_mm = 20\ngauge_length_mm = 60\n";
+        let library = proveout_tool::ToolLibrary::from_text("t.toml".as_ref(), text);
+        library.unwrap_or_else(|e| panic!("{e}")).tools.remove(0)
+    }
+
+    fn samples(pieces: Vec<Piece>, contacts: &[SliceContact], volumes: &[f64]) -> Vec<EngagedSample> {
+        let plan = SlicePlan::new(0.5, 1.0).unwrap_or_else(|| panic!("usable"));
+        let mut maker = SampleMaker::new(plan, 0.5);
+        let states = vec![STATE; pieces.len()];
+        let chunk = Chunk { pieces, ..Chunk::default() };
+        maker.stretch(&chunk, (&states, &[tool()]), 0, contacts, volumes);
+        maker.take(true)
+    }
+
+    #[test]
+    fn small_pieces_are_joined_and_long_ones_are_divided() {
+        // Ten pieces of 0.1 mm, then one of 2 mm in steps of 0.5, then one of another block.
+        let mut pieces: Vec<Piece> = (0..10)
+            .map(|k| {
+                let x = 0.1 * f64::from(k);
+                piece(3, [x, x + 0.1], [pose(x, 0.0), pose(x + 0.1, 0.0)])
+            })
+            .collect();
+        pieces.push(piece(3, [1.0, 3.0], [pose(1.0, 0.0), pose(3.0, 0.0)]));
+        pieces.push(piece(4, [3.0, 3.2], [pose(3.0, 0.0), pose(3.2, 0.0)]));
+        let mut contacts: Vec<SliceContact> = (0..10).map(|k| contact(k, 0, 1, [0.1 * f64::from(k), 1.0])).collect();
+        contacts.extend((0..4).map(|k| contact(10, k, 4, [0.5, 2.0])));
+        contacts.push(contact(11, 0, 1, [0.5, 2.0]));
+        let volumes: Vec<f64> = (0..12).map(|k| if k == 10 { 40.0 } else { 1.0 }).collect();
+        let all = samples(pieces, &contacts, &volumes);
+        assert_eq!(all.len(), 2 + 4 + 1);
+        assert!(all.iter().all(|s| s.path[1] - s.path[0] < 0.5 + 1e-9 && (s.tip_speed() - 1.0).abs() < 1e-9), "{all:?}");
+        assert_eq!(all[0].slices[0].range, Some([0.0, 1.0]));
+        let volume = |range: std::ops::Range<usize>| all[range].iter().map(EngagedSample::volume_mm3).sum::<f64>();
+        assert!((volume(0..2) - 10.0).abs() < 1e-9 && (volume(2..6) - 40.0).abs() < 1e-9 && (volume(6..7) - 1.0).abs() < 1e-9);
+        assert_eq!(all.last().map(|s| s.block), Some(4));
+    }
+
+    #[test]
+    fn a_turn_of_the_axis_about_the_tip_moves_each_slice_by_its_height() {
+        let lean = 0.02;
+        let all = samples(vec![piece(0, [0.0, 0.5], [pose(0.0, 0.0), pose(0.0, lean)])], &[contact(0, 0, 1, [0.5, 1.0])], &[1.0]);
+        // The chord of the turn, over half a second.
+        let rate = 2.0 * (lean / 2.0).sin() / 0.5;
+        for z in [0.0, 5.0, 20.0] {
+            let [across, down] = all[0].feed_at(z);
+            assert!((across - rate * z).abs() < 1e-9 && down.abs() < 1e-9, "{z}: {across} {down}");
+        }
+        // Down along a leaning axis.
+        let axis = pose(0.0, 0.3).axis;
+        let [from, to] = [0.0, -2.0].map(|s| ToolPose { tip: Point::from(axis * s), axis });
+        let all = samples(vec![piece(0, [0.0, 0.5], [from, to])], &[contact(0, 0, 1, [0.5, 1.0])], &[1.0]);
+        let [across, down] = all[0].feed_at(3.0);
+        assert!(across.abs() < 1e-9 && (down - 4.0).abs() < 1e-9, "{across} {down}");
+    }
+
+    #[test]
+    fn a_spindle_that_turns_the_other_way_meets_the_mirrored_angles() {
+        let contact = contact(0, 0, 1, [0.2, 1.0]);
+        let clockwise = contact.entry_and_exit(true);
+        let other = contact.entry_and_exit(false);
+        let pi = std::f64::consts::PI;
+        assert_eq!((clockwise, other), (Some([0.2, 1.0]), Some([pi - 1.0, pi - 0.2])));
+    }
+}

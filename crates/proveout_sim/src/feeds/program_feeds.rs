@@ -22,7 +22,8 @@ use crate::prepare::{error::SimError, prepared::Prepared};
 const UNITS: [f64; 2] = [60.0, 60.0 / 25.4];
 /// Relative difference of two feeds that are the same number of a text.
 const SAME: f64 = 1e-9;
-/// Relative difference of a feed that was read from the one that was meant.
+/// Relative difference of a feed that was read from the one that was meant, and of a new feed from a number
+/// that it is rounded down to all the same.
 const MEANT: f64 = 1e-6;
 /// Digits of a new feed that count: a part in a hundred at the most.
 const DIGITS: i32 = 3;
@@ -333,8 +334,8 @@ fn rounded_down(value: f64, point: bool) -> String {
     }
     let decimals = (DIGITS - 1 - value.log10().floor() as i32).clamp(0, 6);
     let factor = 10_f64.powi(decimals);
-    // A product of a feed and its own inverse must not lose its last digit.
-    let value = (value * (1.0 + SAME) * factor).floor() / factor;
+    // What the search leaves of a round number is that number.
+    let value = (value * (1.0 + MEANT) * factor).floor() / factor;
     let text = format!("{value:.*}", decimals as usize);
     match (text.contains('.'), point) {
         (true, true) => text.trim_end_matches('0').to_owned(),
@@ -357,7 +358,7 @@ mod tests {
             (5.2379, true, "5.23"),
             (0.052379, false, "0.0523"),
             (800.0, false, "800"),
-            (799.999_999_999_9, false, "800"),
+            (799.999_9, false, "800"),
             (20.0, false, "20"),
             (20.0, true, "20."),
             (f64::NAN, false, "0"),

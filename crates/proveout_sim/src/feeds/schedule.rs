@@ -41,6 +41,8 @@ const BUSY: f64 = 0.95;
 const CYCLE: f64 = 1.02;
 /// A load this much over its limit is one over it: rounding, and what the time of a sample hides.
 const OVER: f64 = 1.01;
+/// The last digit of a feed, as a part of it: such a change is none.
+const A_DIGIT: f64 = 0.01;
 /// Part of the program's chips that are no thicker than the one that is learned.
 const LEARNED: f64 = 0.95;
 /// A command's runs of the twin at most.
@@ -219,7 +221,7 @@ pub fn schedule(call: &FeedsCall<'_>, tell: &mut dyn FnMut(&str)) -> Result<Feed
             let new = program.write(&wanted)?;
             work.taken_over.extend(new.taken_over.iter().copied());
             let same = match &written {
-                Some((bytes, _)) => *bytes == new.bytes,
+                Some((_, scales)) => settles(scales, &new.scales),
                 None => new.scales.is_empty(),
             };
             settled = same;
@@ -244,6 +246,12 @@ pub fn schedule(call: &FeedsCall<'_>, tell: &mut dyn FnMut(&str)) -> Result<Feed
     Ok(result)
 }
 
+/// Whether the same lines change, by the same factor but for a digit of rounding.
+fn settles(old: &BTreeMap<u32, f64>, new: &BTreeMap<u32, f64>) -> bool {
+    old.len() == new.len()
+        && old.iter().zip(new).all(|((a, x), (b, y))| a == b && (x - y).abs() <= A_DIGIT * x.abs().max(y.abs()))
+}
+
 /// Models and limits of the tools that cut in feed.
 fn rules(call: &FeedsCall<'_>, tools: &[Tool], run: &TwinRun) -> Result<BTreeMap<usize, ToolRule>, SimError> {
     let used: BTreeSet<usize> = run.blocks.iter().filter_map(|b| b.row.tool).map(|t| t as usize).collect();
@@ -253,7 +261,8 @@ fn rules(call: &FeedsCall<'_>, tools: &[Tool], run: &TwinRun) -> Result<BTreeMap
         let limits = call.limits.and_then(|l| l.of(&tool.name)).map(|l| call.mode.of(&l));
         let forces = !matches!(call.mode, FeedMode::Air | FeedMode::Chip | FeedMode::Learned);
         let model = match call.limits {
-            Some(file) if forces || limits.as_ref().is_some_and(|l| l.max_chip_mm.is_some()) => file.model_of(tool)?,
+            // A tool without limits may be a drill: its chips are shown, its forces are not those of milling.
+            Some(file) if limits.as_ref().is_some_and(|l| forces || l.max_chip_mm.is_some()) => file.model_of(tool)?,
             _ => None,
         };
         let has_material = model.is_some();

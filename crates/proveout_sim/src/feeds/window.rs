@@ -71,3 +71,57 @@ pub(crate) fn cuts(sample: &EngagedSample, slices: &[EngagedSlice]) -> Vec<Slice
     };
     slices.iter().map(of).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proveout_geom::Vector;
+
+    fn sample(k: u32, slices: &[(u32, [f64; 2])]) -> EngagedSample {
+        let slice = |&(slice, range): &(u32, [f64; 2])| EngagedSlice {
+            slice,
+            height: [f64::from(slice), f64::from(slice) + 0.8],
+            range: Some(range),
+            around: false,
+            across: [0.0, 1.0],
+            volume_mm3: 1.0,
+        };
+        let at = 0.5 * f64::from(k);
+        EngagedSample {
+            block: k,
+            tool: 0,
+            speed_rpm: 1000.0,
+            time: [at, at + 0.5],
+            path: [at, at + 0.5],
+            tip_way: 0.5,
+            velocity: [Vector::x(), Vector::zeros()],
+            axis: Vector::z(),
+            slices: slices.iter().map(slice).collect(),
+        }
+    }
+
+    #[test]
+    fn ranges_are_those_of_the_neighbors_and_volumes_are_their_own() {
+        // A step of engagement in the fourth sample of eight.
+        let all: Vec<EngagedSample> =
+            (0..8).map(|k| sample(k, &[(0, if k < 4 { [0.0, 0.5] } else { [0.0, 1.5] })])).collect();
+        let exits: Vec<f64> = joined(&all, 0.4).iter().map(|s| s[0].range.map_or(0.0, |r| r[1])).collect();
+        assert_eq!(exits, [0.5, 0.5, 0.5, 1.5, 1.5, 1.5, 1.5, 1.5]);
+        assert!(joined(&all, 0.4).iter().flatten().all(|s| s.volume_mm3 == 1.0));
+        // Another tool is no neighbor.
+        let mut other = all;
+        other[4].tool = 1;
+        let exits: Vec<f64> = joined(&other, 0.4).iter().map(|s| s[0].range.map_or(0.0, |r| r[1])).collect();
+        assert_eq!(exits[3], 0.5);
+    }
+
+    #[test]
+    fn a_slice_that_no_ray_has_marked_takes_both_ranges() {
+        let all = joined(&[sample(0, &[(0, [0.0, 0.5]), (3, [0.4, 1.5])])], 0.1);
+        let have: Vec<(u32, Option<[f64; 2]>, f64)> = all[0].iter().map(|s| (s.slice, s.range, s.volume_mm3)).collect();
+        let both = Some([0.0, 1.5]);
+        assert_eq!(have, [(0, Some([0.0, 0.5]), 1.0), (1, both, 0.0), (2, both, 0.0), (3, Some([0.4, 1.5]), 1.0)]);
+        let heights: Vec<[f64; 2]> = all[0].iter().map(|s| s.height).collect();
+        assert!(heights.windows(2).all(|w| w[0][1] <= w[1][0] + 1e-12) && (heights[2][1] - 3.0).abs() < 1e-12);
+    }
+}
