@@ -43,8 +43,8 @@ pub(crate) struct FeedsArgs {
     /// Leave feeds that would change by less than this, percent
     #[arg(long, value_name = "PERCENT", default_value = "5")]
     pub(crate) dead_band: f64,
-    /// Program to write, in the language of the original
-    #[arg(long, value_name = "FILE", required_unless_present = "report", required_if_eq_any = [("mode", "air"), ("mode", "chip"), ("mode", "force"), ("mode", "learned")])]
+    /// Program to write, in the language of the original; each --mode but `analyse` needs it
+    #[arg(long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
     /// Write every block in feed as JSON: feeds, times, loads, and what sets the feed
     #[arg(long, value_name = "FILE")]

@@ -30,6 +30,10 @@ pub(crate) fn feeds(args: &FeedsArgs) -> Result<(), Failure> {
         return Err(Failure::new(format!("--output {}: --mode analyse writes no program", output.display()))
             .with_help("omit --output, or choose another --mode"));
     }
+    if args.output.is_none() && mode != FeedMode::Analyse {
+        return Err(Failure::new("--output is missing: this --mode writes a program")
+            .with_help("add --output FILE, or use --mode analyse"));
+    }
     if !(args.dead_band >= 0.0 && args.dead_band < PERCENT) {
         return Err(Failure::new(format!("--dead-band {}: must be from 0 to below 100 percent", args.dead_band))
             .with_help("use 5, or 0 to make every change"));

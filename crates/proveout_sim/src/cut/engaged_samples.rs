@@ -16,6 +16,8 @@ use crate::cut::tool_sweeps::CuttingState;
 
 /// Part of a length by which sums of steps may pass it: rounding.
 const ROUNDING: f64 = 1e-9;
+/// Most by which the way of a sample is taken to be longer than its chord: beyond, it turns back.
+const MOST_BENT: f64 = 2.0;
 
 /// A slice of the cutter in material, over a sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,18 +161,20 @@ impl SampleMaker {
             let sum: f64 = own.iter().map(|c| c.volume_mm3).sum();
             let scale = if sum > 0.0 { volumes.get(i).copied().unwrap_or(0.0) / sum } else { 0.0 };
             let n = f64::from(steps.max(1));
-            let mut left = own;
+            // Steps of another count fall where their begin lies.
+            let at = |c: &SliceContact| u64::from(c.step) * u64::from(steps) / u64::from(c.steps.max(1));
+            let mut left: Vec<&SliceContact> = own.iter().collect();
+            left.sort_by_key(|c| at(c));
+            let mut left = left.into_iter().peekable();
             let mut pose = from;
             for step in 0..steps {
-                // Steps of another count fall where their begin lies.
-                let at = |c: &SliceContact| u64::from(c.step) * u64::from(steps) / u64::from(c.steps.max(1));
                 let last = f64::from(step + 1) / n;
                 let next = if step + 1 == steps { to } else { from.interpolated(&to, last) };
                 let time = [f64::from(step) / n, last].map(|t| piece.time[0] + t * (piece.time[1] - piece.time[0]));
                 self.extend(piece.block, tool, state, time, [pose, next], way / n);
-                let here: Vec<&SliceContact> = left.iter().take_while(|c| at(c) <= u64::from(step)).collect();
-                left = left.get(here.len()..).unwrap_or(&[]);
-                here.into_iter().for_each(|c| self.add(c, scale));
+                while let Some(contact) = left.next_if(|c| at(c) <= u64::from(step)) {
+                    self.add(contact, scale);
+                }
                 pose = next;
             }
         }
@@ -258,9 +262,6 @@ impl SampleMaker {
         std::mem::take(&mut self.done)
     }
 }
-
-/// Most by which the way of a sample is taken to be longer than its chord: beyond, it turns back.
-const MOST_BENT: f64 = 2.0;
 
 #[cfg(test)]
 mod tests {
