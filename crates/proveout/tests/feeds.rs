@@ -25,9 +25,12 @@ fn scene(folder: &Path, (name, dialect, program): (&str, &str, &str), tools: &st
         .replace("step.nc", name)
         .replace("dialect = \"fanuc\"", &format!("dialect = \"{dialect}\""));
     let limits = or(limits, "limits.toml").replace("../../materials", &root().join("materials").display().to_string());
-    for (name, text) in
-        [("scene.toml", text), ("tools.toml", or(tools, "tools.toml")), (name, or(program, "step.nc")), ("limits.toml", limits)]
-    {
+    for (name, text) in [
+        ("scene.toml", text),
+        ("tools.toml", or(tools, "tools.toml")),
+        (name, or(program, "step.nc")),
+        ("limits.toml", limits),
+    ] {
         fs::write(folder.join(name), text).expect("written");
     }
 }
@@ -126,12 +129,25 @@ fn feeds_rise_to_the_limits_and_no_load_passes_one() {
     assert!(new.contains("F250."), "{new}");
 
     // The same cut with cells half as large, and the new program as it is.
-    let options = ["--nc", "new.nc", "--mode", "analyse", "--limits", "limits.toml", "--report", "fine.json", "--resolution-mm", "0.25"];
+    let options = [
+        "--nc",
+        "new.nc",
+        "--mode",
+        "analyse",
+        "--limits",
+        "limits.toml",
+        "--report",
+        "fine.json",
+        "--resolution-mm",
+        "0.25",
+    ];
     let (code, said) = feeds(at, &options);
     assert_eq!(code, 0, "{said}");
     let fine = report(at, "fine.json");
     assert!(fine.iter().any(|b| b["load_over_limit"].as_f64().is_some_and(|over| over > 0.8)), "{said}");
-    for block in fine.iter().filter(|b| b["tool"] == "F10" && !b["set_by"].as_str().is_some_and(|w| w.contains("plunge"))) {
+    for block in
+        fine.iter().filter(|b| b["tool"] == "F10" && !b["set_by"].as_str().is_some_and(|w| w.contains("plunge")))
+    {
         assert!(block["load_over_limit"].as_f64().is_none_or(|over| over <= OVER), "{block}");
     }
     // Another number of threads, the same bytes.
@@ -156,7 +172,8 @@ fn constant_engagement_at_its_limit_keeps_its_feed() {
     let at = folder.path();
     // 0.1 mm a tooth is 1200 mm/min for three teeth at 4000/min: the slot has it from its first to its last mm.
     scene(at, ("slot.nc", "fanuc", &slot("F1180.")), "", "[tool.F10]\nmax_chip_mm = 0.1\nmax_feed_mm_min = 4000\n");
-    let (code, said) = feeds(at, &["--mode", "chip", "--limits", "limits.toml", "--output", "new.nc", "--report", "r.json"]);
+    let (code, said) =
+        feeds(at, &["--mode", "chip", "--limits", "limits.toml", "--output", "new.nc", "--report", "r.json"]);
     assert_eq!(code, 0, "{said}");
     assert!(said.contains("no feed changes") && !at.join("new.nc").exists(), "{said}");
     assert!(report(at, "r.json").iter().filter(|b| b["engaged"] == true).all(|b| b["set_by"] == "dead band"), "{said}");
@@ -174,7 +191,9 @@ fn blocks_that_the_machine_paces_keep_their_feed() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let at = folder.path();
     // A zigzag of 0.4 mm in air: corners let no feed above some hundred mm/min through.
-    let mut program = "%\nO1\nG21 G90 G17 G40 G49 G80 G94\nT1 M6\nG54\nG0 G43 H1 Z60.\nS4000 M3\nX10. Y20.\nG1 Z59. F2500.\n".to_owned();
+    let mut program =
+        "%\nO1\nG21 G90 G17 G40 G49 G80 G94\nT1 M6\nG54\nG0 G43 H1 Z60.\nS4000 M3\nX10. Y20.\nG1 Z59. F2500.\n"
+            .to_owned();
     for k in 0..60 {
         program += &format!("X{:.1} Y{:.1}\n", 10.0 + 0.4 * f64::from(k), if k % 2 == 0 { 20.4 } else { 20.0 });
     }
@@ -184,7 +203,8 @@ fn blocks_that_the_machine_paces_keep_their_feed() {
     let (code, said) = feeds(at, &options);
     assert_eq!(code, 0, "{said}");
     let blocks = report(at, "r.json");
-    let inner: Vec<&Value> = blocks.iter().filter(|b| b["line"].as_u64().is_some_and(|l| (15..60).contains(&l))).collect();
+    let inner: Vec<&Value> =
+        blocks.iter().filter(|b| b["line"].as_u64().is_some_and(|l| (15..60).contains(&l))).collect();
     assert!(inner.len() > 40, "{said}");
     for block in inner {
         let word = block["set_by"].as_str().unwrap_or_default();
@@ -209,7 +229,8 @@ fn feeds_change_in_other_languages_and_units() {
         scene(at, (name, dialect, program), "", "[tool.F10]\nmax_chip_mm = 0.1\nmax_feed_mm_min = 4000\n");
         if dialect == "heidenhain" {
             let text = fs::read_to_string(at.join("scene.toml")).expect("a scene");
-            fs::write(at.join("scene.toml"), text.replace("work_offsets.G54", "work_offsets.PRESET1")).expect("written");
+            fs::write(at.join("scene.toml"), text.replace("work_offsets.G54", "work_offsets.PRESET1"))
+                .expect("written");
         }
         let (code, said) = feeds(at, &["--mode", "chip", "--limits", "limits.toml", "--output", "new.nc"]);
         assert_eq!(code, 0, "{name}: {said}");
@@ -226,7 +247,8 @@ fn a_feed_that_the_next_block_takes_over_is_written_again() {
     let program = "%\nO1\nG21 G90 G17 G40 G49 G80 G94\nT1 M6\nG54\nG0 G43 H1 Z60.\nS4000 M3\nX-10. Y20.\nZ-2.\nG1 X30. F600.\nZ-3.\nX70.\nG0 Z5.\n\
                    G98 G81 X30. Y32. Z-4. R2.\nG80\nG0 Z60.\nM30\n%\n";
     scene(at, ("p.nc", "fanuc", program), "", "[tool.F10]\nmax_chip_mm = 0.1\nmax_feed_mm_min = 4000\n");
-    let (code, said) = feeds(at, &["--mode", "chip", "--limits", "limits.toml", "--output", "new.nc", "--report", "r.json"]);
+    let (code, said) =
+        feeds(at, &["--mode", "chip", "--limits", "limits.toml", "--output", "new.nc", "--report", "r.json"]);
     assert_eq!(code, 0, "{said}");
     let new = fs::read_to_string(at.join("new.nc")).expect("written");
     assert!(new.contains("G1 X30. F1200.\nZ-3. F600.\nX70.\n"), "{new}\n{said}");
@@ -240,7 +262,8 @@ fn what_cannot_be_is_refused_by_name_and_nothing_is_written() {
     let plain = "[tool.F10]\nmax_chip_mm = 0.1\nmax_feed_mm_min = 4000\n";
     let forces = "[tool.F10]\nmax_force_n = 100\n";
     let stiff = "material = \"m.toml\"\n[tool.F10]\nmax_force_n = 100\n";
-    let toothless = fs::read_to_string(root().join("tests/feeds/tools.toml")).expect("tools").replace("flutes = 3\n", "");
+    let toothless =
+        fs::read_to_string(root().join("tests/feeds/tools.toml")).expect("tools").replace("flutes = 3\n", "");
     let computed = slot("F#101").replace("S4000 M3\n", "S4000 M3\n#101=500\n");
     let fixed = slot("F500.").replace("S4000 M3\n", "S4000 M3\nM49\n");
     for (program, tools, limits, words) in [

@@ -52,9 +52,7 @@ impl CutterEdges {
         let edges = tool.edges.as_ref();
         let steps = edges.map_or(0.0, |e| {
             let radial: Vec<f64> = e.run_out.iter().map(|r| r.radial).collect();
-            (0..radial.len())
-                .map(|k| radial[k] - radial[(k + radial.len() - 1) % radial.len()])
-                .fold(0.0, f64::max)
+            (0..radial.len()).map(|k| radial[k] - radial[(k + radial.len() - 1) % radial.len()]).fold(0.0, f64::max)
         });
         Some(Self {
             length: profiles.iter().map(Profile::z_max).fold(0.0, f64::max),

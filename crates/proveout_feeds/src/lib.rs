@@ -53,4 +53,4 @@ pub use compliance::Compliance;
 pub use force::{CutLoads, ForceModel, Loads, SliceCut};
 pub use limits::{FLUTED_PART, LimitsFile, ToolLimits};
 pub use material::{Material, ThicknessConvention};
-pub use solve::{BlockDemand, Binds, FeedMode, feed_of_block};
+pub use solve::{Binds, BlockDemand, FeedMode, feed_of_block};

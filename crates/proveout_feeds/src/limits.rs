@@ -241,7 +241,9 @@ impl LimitsFile {
         }
         for (name, t) in &self.parts.tool {
             if t.youngs_modulus_gpa.is_some() && t.fluted_diameter_part.is_none() {
-                all.push(format!("{name}: its fluted length counts with {FLUTED_PART} of the diameter (Kops and Vo 1990)"));
+                all.push(format!(
+                    "{name}: its fluted length counts with {FLUTED_PART} of the diameter (Kops and Vo 1990)"
+                ));
             }
         }
         all

@@ -61,7 +61,10 @@ impl CutLoads {
             (limits.max_power_kw.map(|most| loads.power_kw / most), Binds::Power),
             (limits.max_deflection_um.and_then(|most| Some(loads.deflection_um? / most)), Binds::Deflection),
         ];
-        parts.into_iter().filter_map(|(ratio, binds)| Some((ratio?, binds))).reduce(|a, b| if b.0 > a.0 { b } else { a })
+        parts
+            .into_iter()
+            .filter_map(|(ratio, binds)| Some((ratio?, binds)))
+            .reduce(|a, b| if b.0 > a.0 { b } else { a })
     }
 
     /// Largest scale of the feed that keeps the limits, and the limit that is met first; none where no limit

@@ -17,7 +17,9 @@ fn every_material_of_the_project_is_read_and_has_a_source() {
         let path = entry.unwrap().path();
         if path.extension().is_some_and(|e| e == "toml") {
             let m = Material::read(&path).unwrap();
-            assert!(m.specific_force(0.1) > m.specific_force(0.3) && m.uncertainty_percent > 0.0 && !m.source.is_empty());
+            assert!(
+                m.specific_force(0.1) > m.specific_force(0.3) && m.uncertainty_percent > 0.0 && !m.source.is_empty()
+            );
             count += 1;
         }
     }
@@ -51,7 +53,9 @@ fn limits_that_cannot_be_are_refused_with_the_place() {
 #[test]
 fn a_tool_without_teeth_or_material_is_named() {
     let limits = |text: &str| LimitsFile::from_text(&root().join("materials/limits.toml"), text.to_owned()).unwrap();
-    let error = |text: &str, tool: &str| limits(text).model_of(&flat(tool)).map_or_else(|e| e.to_string(), |_| panic!("{text}"));
+    let error = |text: &str, tool: &str| {
+        limits(text).model_of(&flat(tool)).map_or_else(|e| e.to_string(), |_| panic!("{text}"))
+    };
     let said = error("[tool.F10]\nmax_chip_mm = 0.1\n", "");
     assert!(said.contains("no teeth") && said.contains("flutes"), "{said}");
     let said = error("[tool.F10]\nmax_force_n = 100\n", "flutes = 2\n");
@@ -68,7 +72,8 @@ fn a_tool_without_teeth_or_material_is_named() {
 
 #[test]
 fn a_name_that_the_library_lacks_is_refused_with_the_nearest() {
-    let limits = LimitsFile::from_text(&root().join("materials/l.toml"), "[tool.F1O]\nmax_chip_mm = 0.1\n".into()).unwrap();
+    let limits =
+        LimitsFile::from_text(&root().join("materials/l.toml"), "[tool.F1O]\nmax_chip_mm = 0.1\n".into()).unwrap();
     let text = "[[tool]]\nnumber = 1\nname = \"F10\"\nkind = \"flat\"\ndiameter_mm = 10\nflute_length_mm = 30\ngauge_length_mm = 60\n";
     let library = proveout_tool::ToolLibrary::from_text(Path::new("t.toml"), text).unwrap();
     let said = limits.check_names(&library).unwrap_err().to_string();

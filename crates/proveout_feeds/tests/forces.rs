@@ -39,7 +39,9 @@ fn the_mean_torque_of_slot_and_half_immersion_is_the_closed_integral() {
     // integral of sin^(1 - m) is the Beta function of (2 - m) / 2 and 1 / 2; half of it over a quarter turn.
     for exponent in [0.0, 0.186, 0.25, 0.34] {
         let tool = flat("flutes = 2\n");
-        let model = ForceModel::new(&tool, material("chip-thickness", 1500.0, exponent, "radial_ratio = 0.3\n"), 1.0, None).unwrap();
+        let model =
+            ForceModel::new(&tool, material("chip-thickness", 1500.0, exponent, "radial_ratio = 0.3\n"), 1.0, None)
+                .unwrap();
         let (feed, depth, radius) = (10.0_f64, 3.0, 5.0);
         let chip: f64 = feed / 100.0;
         let whole = beta((2.0 - exponent) / 2.0, 0.5);
@@ -48,7 +50,11 @@ fn the_mean_torque_of_slot_and_half_immersion_is_the_closed_integral() {
             let loads = model.loads(&[cut(depth, range, feed)], RPM).unwrap().at(1.0);
             let want = 2.0 / TAU * force * radius * part * whole * 1e-3;
             // The integrand is no polynomial where it leaves zero: 32 nodes reach some 1e-4 there.
-            assert!((loads.torque_mean_nm / want - 1.0).abs() < 3e-4, "{exponent} {range:?}: {} {want}", loads.torque_mean_nm);
+            assert!(
+                (loads.torque_mean_nm / want - 1.0).abs() < 3e-4,
+                "{exponent} {range:?}: {} {want}",
+                loads.torque_mean_nm
+            );
             assert!((loads.chip_mm - chip).abs() < 1e-12);
             let power = want * RPM * TAU / 60.0 * 1e-3;
             assert!((loads.power_kw / power - 1.0).abs() < 3e-4);
@@ -105,7 +111,8 @@ fn a_published_milling_power_is_found() {
     let text = "[[tool]]\nnumber = 1\nname = \"M\"\nkind = \"flat\"\ndiameter_mm = 80\nflute_length_mm = 10\ngauge_length_mm = 60\nflutes = 5\n";
     let tool = ToolLibrary::from_text("t.toml".as_ref(), text).unwrap().tools.remove(0);
     for convention in ["feed-per-tooth", "chip-thickness"] {
-        let model = ForceModel::new(&tool, material(convention, 1800.0, 0.0, "radial_ratio = 0.3\n"), 0.8, None).unwrap();
+        let model =
+            ForceModel::new(&tool, material(convention, 1800.0, 0.0, "radial_ratio = 0.3\n"), 0.8, None).unwrap();
         let slot = cut(2.0, [0.0, 180.0], 280.0 / 60.0);
         for rpm in [200.0, 500.0] {
             let power = model.loads(&[slot], rpm).unwrap().at(1.0).power_kw;
@@ -138,7 +145,11 @@ fn a_straight_tooth_peaks_at_the_end_of_its_range_and_teeth_add_up() {
         let feed = 0.1 * RPM / 60.0 * f64::from(teeth);
         model(teeth).loads(&[cut(1.0, range, feed)], RPM).unwrap().at(1.0)
     };
-    for (range, want) in [([0.0, 37.3], (37.3_f64).to_radians().sin()), ([0.0, 90.0], 1.0), ([128.4, 180.0], (128.4_f64).to_radians().sin())] {
+    for (range, want) in [
+        ([0.0, 37.3], (37.3_f64).to_radians().sin()),
+        ([0.0, 90.0], 1.0),
+        ([128.4, 180.0], (128.4_f64).to_radians().sin()),
+    ] {
         let loads = peak(2, range);
         assert!((loads.force_peak_n / (100.0 * want) - 1.0).abs() < 1e-6, "{range:?} {}", loads.force_peak_n);
         assert!((loads.torque_peak_nm / (0.5 * want) - 1.0).abs() < 1e-6);

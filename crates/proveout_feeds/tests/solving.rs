@@ -1,6 +1,6 @@
 //! The largest feed under limits.
 
-use proveout_feeds::{BlockDemand, Binds, Compliance, FeedMode, ForceModel, ToolLimits, feed_of_block};
+use proveout_feeds::{Binds, BlockDemand, Compliance, FeedMode, ForceModel, ToolLimits, feed_of_block};
 
 use crate::{cut, flat, material};
 
@@ -24,7 +24,8 @@ fn at_the_largest_scale_the_limit_is_met_and_no_other_is_passed() {
     for k in 1..200 {
         let first = 170.0 * turn(k, 0.618_034);
         let range = [first, first + (180.0 - first) * turn(k, 0.414_214)];
-        let cut = model.loads(&[cut(0.2 + 3.0 * turn(k, 0.732_051), range, 1.0 + 30.0 * turn(k, 0.236_068))], RPM).unwrap();
+        let cut =
+            model.loads(&[cut(0.2 + 3.0 * turn(k, 0.732_051), range, 1.0 + 30.0 * turn(k, 0.236_068))], RPM).unwrap();
         for (limits, binds) in &cases {
             match cut.largest_scale(limits) {
                 Ok(Some((scale, which))) => {
@@ -69,7 +70,8 @@ fn an_edge_force_above_the_limit_leaves_no_feed() {
 #[test]
 fn the_feed_of_a_block_is_that_of_its_limits() {
     let limits = ToolLimits { max_feed_mm_min: Some(3000.0), ..ToolLimits::default() };
-    let block = BlockDemand { programmed: 20.0, engaged: true, limit: Some((30.0, Binds::Force)), chip_per_feed: 0.004 };
+    let block =
+        BlockDemand { programmed: 20.0, engaged: true, limit: Some((30.0, Binds::Force)), chip_per_feed: 0.004 };
     let feed = |demand: &BlockDemand, limits: &ToolLimits, mode: FeedMode| feed_of_block(demand, limits, mode, 0.08);
     assert_eq!(feed(&block, &limits, FeedMode::Force), Ok((30.0, Binds::Force)));
     assert_eq!(feed(&block, &limits, FeedMode::Analyse), Ok((20.0, Binds::Programmed)));

@@ -61,14 +61,16 @@ fn radial_depth(slices: &[EngagedSlice]) -> Option<f64> {
 /// # Errors
 /// [`RecordError`] with the path.
 pub fn write_engagement_table(path: &Path, rows: &[EngagementRow], cell_mm: f64) -> Result<(), RecordError> {
-    let bound = format!("ranges of angles are short of the true ones by less than asin({cell_mm} / radius) at each end");
+    let bound =
+        format!("ranges of angles are short of the true ones by less than asin({cell_mm} / radius) at each end");
     let mut table = Table::create(path, &columns(), &[("bound", bound), ("resolution_mm", cell_mm.to_string())])?;
     for (number, row) in rows.iter().enumerate() {
         let (s, loads) = (&row.sample, row.loads);
         let duration = s.time[1] - s.time[0];
-        let heights = row.slices.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |a, s| {
-            [a[0].min(s.height[0]), a[1].max(s.height[1])]
-        });
+        let heights = row
+            .slices
+            .iter()
+            .fold([f64::INFINITY, f64::NEG_INFINITY], |a, s| [a[0].min(s.height[0]), a[1].max(s.height[1])]);
         let depth = (heights[0] <= heights[1]).then_some(heights[1] - heights[0]);
         let forces = loads.filter(|_| row.has_forces);
         for slice in &row.slices {

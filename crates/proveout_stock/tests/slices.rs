@@ -141,7 +141,10 @@ fn slices_turn_with_the_frame_and_do_not_depend_on_threads() {
             stock.watch_slices(SlicePlan::new(STEP, 1.0));
             let at = |x: f64, z: f64| ToolPose::transformed(&pose([x, 0.0, z], UP), &turn);
             let room = flat(20.0, 80.0);
-            stock.sweep(&[remove(1, &room, at(-30.0, 2.0), at(30.0, 2.0)), remove(2, &tool, at(-12.0, 0.0), at(-5.0, 0.0))]);
+            stock.sweep(&[
+                remove(1, &room, at(-30.0, 2.0), at(30.0, 2.0)),
+                remove(2, &tool, at(-12.0, 0.0), at(-5.0, 0.0)),
+            ]);
             stock.sweep(&[remove(3, &tool, at(-5.0, 0.0), at(5.0, 0.0))]);
             stock.take_slices()
         })
@@ -153,7 +156,8 @@ fn slices_turn_with_the_frame_and_do_not_depend_on_threads() {
     // A slot 2 mm deep with a corner of 1 mm, over 10 mm: what each step takes is the section.
     let section = 8.0 * 2.0 - 2.0 * (1.0 - PI / 4.0);
     assert!((volume / (10.0 * section) - 1.0).abs() < 0.02, "{volume} {}", 10.0 * section);
-    let range = own.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, c| [r[0].min(c.angle[0]), r[1].max(c.angle[1])]);
+    let range =
+        own.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |r, c| [r[0].min(c.angle[0]), r[1].max(c.angle[1])]);
     assert!(range[0].abs() < 0.15 && (range[1] - PI).abs() < 0.15, "{range:?}");
 }
 

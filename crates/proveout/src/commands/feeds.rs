@@ -39,7 +39,8 @@ pub(crate) fn feeds(args: &FeedsArgs) -> Result<(), Failure> {
             .with_help("use 5, or 0 to make every change"));
     }
     let (_, pool) = super::run::pool(args.resolution_mm, args.threads)?;
-    let limits = args.limits.as_deref().map(LimitsFile::read).transpose().map_err(|e| Failure::from(&SimError::from(e)))?;
+    let limits =
+        args.limits.as_deref().map(LimitsFile::read).transpose().map_err(|e| Failure::from(&SimError::from(e)))?;
     let choice = Choice {
         program: args.program.clone(),
         nc: args.nc.clone(),
@@ -57,13 +58,19 @@ pub(crate) fn feeds(args: &FeedsArgs) -> Result<(), Failure> {
     print(&found, limits.as_ref());
     if !found.new_faults.is_empty() {
         let lines: Vec<String> = found.new_faults.iter().map(|(code, line)| format!("{code} in line {line}")).collect();
-        return Err(Failure::new(format!("the new feeds have findings that the program did not have: {}", lines.join(", ")))
-            .with_help("nothing is written; lower max_feed_mm_min of the tool, or use a wider --dead-band"));
+        return Err(Failure::new(format!(
+            "the new feeds have findings that the program did not have: {}",
+            lines.join(", ")
+        ))
+        .with_help("nothing is written; lower max_feed_mm_min of the tool, or use a wider --dead-band"));
     }
     let over = found.worst.filter(|(ratio, ..)| *ratio > OVER && mode != FeedMode::Analyse);
     if let Some((ratio, binds, line)) = over {
-        let message = format!("line {line}: {} is {:.1} percent of its limit with the new feeds", binds.word(), PERCENT * ratio);
-        return Err(Failure::new(message).with_help("nothing is written; lower the feed of this line and the one before it"));
+        let message =
+            format!("line {line}: {} is {:.1} percent of its limit with the new feeds", binds.word(), PERCENT * ratio);
+        return Err(
+            Failure::new(message).with_help("nothing is written; lower the feed of this line and the one before it")
+        );
     }
     if let Some(report) = &args.report {
         let json = serde_json::to_string_pretty(&Report::of(&found, args.mode));

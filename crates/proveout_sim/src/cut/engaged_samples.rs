@@ -336,17 +336,28 @@ mod tests {
         let volumes: Vec<f64> = (0..12).map(|k| if k == 10 { 40.0 } else { 1.0 }).collect();
         let all = samples(pieces, &contacts, &volumes);
         assert_eq!(all.len(), 2 + 4 + 1);
-        assert!(all.iter().all(|s| s.path[1] - s.path[0] < 0.5 + 1e-9 && (s.tip_speed() - 1.0).abs() < 1e-9), "{all:?}");
+        assert!(
+            all.iter().all(|s| s.path[1] - s.path[0] < 0.5 + 1e-9 && (s.tip_speed() - 1.0).abs() < 1e-9),
+            "{all:?}"
+        );
         assert_eq!(all[0].slices[0].range, Some([0.0, 1.0]));
         let volume = |range: std::ops::Range<usize>| all[range].iter().map(EngagedSample::volume_mm3).sum::<f64>();
-        assert!((volume(0..2) - 10.0).abs() < 1e-9 && (volume(2..6) - 40.0).abs() < 1e-9 && (volume(6..7) - 1.0).abs() < 1e-9);
+        assert!(
+            (volume(0..2) - 10.0).abs() < 1e-9
+                && (volume(2..6) - 40.0).abs() < 1e-9
+                && (volume(6..7) - 1.0).abs() < 1e-9
+        );
         assert_eq!(all.last().map(|s| s.block), Some(4));
     }
 
     #[test]
     fn a_turn_of_the_axis_about_the_tip_moves_each_slice_by_its_height() {
         let lean = 0.02;
-        let all = samples(vec![piece(0, [0.0, 0.5], [pose(0.0, 0.0), pose(0.0, lean)])], &[contact(0, 0, 1, [0.5, 1.0])], &[1.0]);
+        let all = samples(
+            vec![piece(0, [0.0, 0.5], [pose(0.0, 0.0), pose(0.0, lean)])],
+            &[contact(0, 0, 1, [0.5, 1.0])],
+            &[1.0],
+        );
         // The chord of the turn, over half a second.
         let rate = 2.0 * (lean / 2.0).sin() / 0.5;
         for z in [0.0, 5.0, 20.0] {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use proveout_feeds::{BlockDemand, Binds, CutLoads, ForceModel, Loads, ToolLimits};
+use proveout_feeds::{Binds, BlockDemand, CutLoads, ForceModel, Loads, ToolLimits};
 use rayon::prelude::*;
 
 use crate::feeds::{

@@ -20,7 +20,5 @@ mod window;
 
 pub use program_feeds::KeptWhy;
 pub use proveout_feeds::{Binds, FeedMode, LimitsFile, Loads, Material, ToolLimits};
-pub use schedule::{
-    EngagementRow, FeedRow, FeedSetBy, FeedsCall, FeedsResult, MOST_RUNS, MachinePace, schedule,
-};
+pub use schedule::{EngagementRow, FeedRow, FeedSetBy, FeedsCall, FeedsResult, MOST_RUNS, MachinePace, schedule};
 pub use twin::JointLimit;

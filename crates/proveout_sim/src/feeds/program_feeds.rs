@@ -12,8 +12,8 @@ use std::{
 
 use proveout_input::{InputError, InputFault};
 use proveout_nc::{
-    Command, Dialect, Feed, FeedMotion, FeedText, FeedTextFault, FeedWord, Op, Override, Program, Settings, feed_motions,
-    same_but_feeds,
+    Command, Dialect, Feed, FeedMotion, FeedText, FeedTextFault, FeedWord, Op, Override, Program, Settings,
+    feed_motions, same_but_feeds,
 };
 
 use crate::prepare::{error::SimError, prepared::Prepared};
@@ -120,7 +120,10 @@ impl ProgramFeeds {
         let whole = |message: &str, help: &str| SimError::from(InputError::file(&path, message, help));
         if prepared.made.is_some() {
             let help = "write its text with `proveout reschedule`, and give that with --nc";
-            return Err(whole("the scene makes this program by re-scheduling it: it has no text whose feeds can change", help));
+            return Err(whole(
+                "the scene makes this program by re-scheduling it: it has no text whose feeds can change",
+                help,
+            ));
         }
         let bytes = std::fs::read(&path).map_err(|e| whole(&format!("cannot be read: {e}"), "check the rights"))?;
         let dialect = prepared.program()?.dialect();
@@ -313,7 +316,8 @@ impl ProgramFeeds {
                 taken_over.insert(line);
             }
         }
-        let message = format!("after {ATTEMPTS} attempts some motion still has the feed of another block: nothing is written");
+        let message =
+            format!("after {ATTEMPTS} attempts some motion still has the feed of another block: nothing is written");
         Err(self.error("feeds-not-alone", 1, message, "write F on each block of the program"))
     }
 }

@@ -354,7 +354,9 @@ impl<'a> Work<'a> {
     fn check_limits(&mut self, run: &TwinRun, loads: &[SampleLoads]) -> Result<(), SimError> {
         for (line, demand) in lines(run, loads, self.file) {
             self.programmed.insert(line, demand.demand.programmed);
-            if let Some(binds) = demand.no_feed.filter(|_| self.call.mode != FeedMode::Analyse && self.kept(line, &demand).is_none()) {
+            if let Some(binds) =
+                demand.no_feed.filter(|_| self.call.mode != FeedMode::Analyse && self.kept(line, &demand).is_none())
+            {
                 let message = format!(
                     "no feed keeps the limit of {} here: edge force or run-out alone are above it; nothing is written",
                     binds.word()
@@ -439,10 +441,8 @@ impl<'a> Work<'a> {
             asked.limit = Some((*cap, *binds));
         }
         let (feed, binds) = feed_of_block(&asked, limits, self.call.mode, self.call.dead_band).map_err(|binds| {
-            let message = format!(
-                "no feed keeps both min_chip_mm and the limit of {} here: nothing is written",
-                binds.word()
-            );
+            let message =
+                format!("no feed keeps both min_chip_mm and the limit of {} here: nothing is written", binds.word());
             self.program.error("feeds-no-feed", line, message, "lower min_chip_mm, or change the cut")
         })?;
         match self.paced.get(&line) {
@@ -539,7 +539,8 @@ impl<'a> Work<'a> {
                 has_forces: rule.is_some_and(|r| r.has_material),
             }
         });
-        let limits = self.rules.iter().filter_map(|(t, rule)| Some((tools.get(*t)?.name.clone(), rule.limits.clone()?)));
+        let limits =
+            self.rules.iter().filter_map(|(t, rule)| Some((tools.get(*t)?.name.clone(), rule.limits.clone()?)));
         let known = |code: &str, line: u32| first.faults.get(code).is_some_and(|lines| lines.contains(&line));
         let faults = run.faults.iter().flat_map(|(code, lines)| lines.iter().map(move |line| (code.clone(), *line)));
         FeedsResult {

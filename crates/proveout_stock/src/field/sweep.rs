@@ -265,7 +265,8 @@ impl TriDexel {
                 let region = Aabb { min: low, max: high };
                 report.region = Some(report.region.map_or(region, |r| r.union(&region)));
             }
-            self.slices.extend(work.watch.slices.iter().map(|s| SliceContact { volume_mm3: s.volume_mm3 * area, ..*s }));
+            self.slices
+                .extend(work.watch.slices.iter().map(|s| SliceContact { volume_mm3: s.volume_mm3 * area, ..*s }));
             for (item, contact) in &work.watch.contacts {
                 let report = &mut reports[*item as usize];
                 report.contact = Some(report.contact.map_or(*contact, |c| c.union(contact)));
