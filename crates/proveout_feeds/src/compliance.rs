@@ -29,7 +29,7 @@ pub struct Compliance {
 
 impl Compliance {
     /// `youngs_modulus` in N/mm²; `fluted` is the part of its diameter that a fluted length counts with. None
-    /// where nothing of the tool stands out of its clamping.
+    /// where nothing of the tool is outside of its clamping.
     pub fn of_tool(tool: &Tool, youngs_modulus: f64, fluted: f64) -> Option<Self> {
         let holder = tool.bodies.iter().filter(|b| b.role == Role::Holder).map(|b| b.profile.z_min());
         let clamped = holder.fold(tool.gauge_length, f64::min);

@@ -132,7 +132,7 @@ impl ForceModel {
         &self.material
     }
 
-    /// Loads of slices at a spindle speed, 1/min; none where the spindle stands.
+    /// Loads of slices at a spindle speed, 1/min; none where the spindle does not turn.
     pub fn loads(&self, slices: &[SliceCut], speed_rpm: f64) -> Option<CutLoads> {
         if !(speed_rpm > 0.0 && speed_rpm.is_finite()) {
             return None;

@@ -1,4 +1,4 @@
-//! F words of a program text: found, and written anew, byte for byte the same but for them.
+//! F words of a program text: found and rewritten, byte for byte the same but for them.
 //!
 //! The text is not parsed here. Comments and strings are passed over, and an F that begins a word is a feed.
 //! Whether it was one is for the reader to say: who changes feeds reads the new text again, and compares all
@@ -192,7 +192,7 @@ impl FeedText {
         None
     }
 
-    /// Where a new word goes: behind the last word of the block, in Klartext before its M functions.
+    /// Where a new word goes: after the last word of the block, in Klartext before its M functions.
     fn room(&self, line: &[u8]) -> usize {
         let code = self.code(line);
         let ends_block = |b: u8| b.is_ascii_whitespace() || b == b'*' && self.family != Dialect::Siemens840d;

@@ -44,7 +44,7 @@
 //! | `compensation/`, `overcut.rs` | the path of the tool center from a contour; where it cuts the contour |
 //! | `json/` | commands as JSON lines |
 //! | `post/` | commands to text, one file a language |
-//! | `feed_words.rs` | F words of a text, found and written anew |
+//! | `feed_words.rs` | F words of a text, found and rewritten |
 //! | `command.rs`, `g_code.rs` | the commands; G words by number |
 //! | `probing.rs` | what probing motions have found |
 //! | `program.rs`, `survey.rs`, `not_run.rs`, `tally.rs` | a program as commands, and as a whole |

@@ -43,7 +43,7 @@ pub(crate) struct SampleLoads {
     pub(crate) over: Option<(f64, Binds)>,
     pub(crate) chip_per_feed: f64,
     pub(crate) plunges: bool,
-    pub(crate) stands: bool,
+    pub(crate) at_rest: bool,
 }
 
 /// Loads of all samples of a run, in their order.
@@ -53,7 +53,7 @@ pub(crate) fn sample_loads(run: &TwinRun, rules: &BTreeMap<usize, ToolRule>) -> 
         let mut out = SampleLoads::default();
         let [across, down] = sample.feed_at(0.0);
         out.plunges = down > 0.0 && across < ACROSS * across.hypot(down);
-        out.stands = !(sample.speed_rpm > 0.0);
+        out.at_rest = !(sample.speed_rpm > 0.0);
         let Some(rule) = rules.get(&sample.tool) else { return out };
         let Some(model) = &rule.model else { return out };
         let Some(cut): Option<CutLoads> = model.loads(&window::cuts(sample, slices), sample.speed_rpm) else {
@@ -113,8 +113,8 @@ pub(crate) fn lines(run: &TwinRun, loads: &[SampleLoads], file: &str) -> BTreeMa
             demand.limit = Some((feed, binds));
         }
         line.no_feed = line.no_feed.or(of_sample.no_feed);
-        if of_sample.stands {
-            line.kept = line.kept.or(Some(KeptWhy::SpindleStands));
+        if of_sample.at_rest {
+            line.kept = line.kept.or(Some(KeptWhy::SpindleAtRest));
         } else if of_sample.plunges {
             line.kept = line.kept.or(Some(KeptWhy::Plunge));
         }

@@ -51,8 +51,8 @@ pub enum KeptWhy {
     Plunge,
     /// Its feed is not the speed of the tool tip: rotary axes count in it.
     NotTheTip,
-    /// The spindle stands.
-    SpindleStands,
+    /// The spindle does not turn.
+    SpindleAtRest,
     /// The limits do not name its tool.
     NoLimits,
 }
@@ -70,7 +70,7 @@ impl KeptWhy {
             Self::TakenOver => "its feed is taken over by a cycle or subprogram",
             Self::Plunge => "plunge",
             Self::NotTheTip => "feed is not the speed of the tip",
-            Self::SpindleStands => "spindle stands",
+            Self::SpindleAtRest => "the spindle does not turn",
             Self::NoLimits => "tool without limits",
         }
     }

@@ -283,7 +283,7 @@ fn learn(
     let mut all = Vec::new();
     for (index, rule) in rules.iter_mut() {
         let Some(tool) = tools.get(*index) else { continue };
-        let own = || run.samples.iter().zip(&loads).filter(|(s, l)| s.tool == *index && !l.plunges && !l.stands);
+        let own = || run.samples.iter().zip(&loads).filter(|(s, l)| s.tool == *index && !l.plunges && !l.at_rest);
         if own().next().is_none() {
             continue;
         }
@@ -535,7 +535,7 @@ impl<'a> Work<'a> {
                 slices: slices.clone(),
                 place: place.get(&sample.block).cloned(),
                 tool: (tool.map(|t| t.name.clone()).unwrap_or_default(), tool.and_then(|t| t.flutes)),
-                loads: rule.filter(|r| r.model.is_some() && !l.stands).map(|_| l.loads),
+                loads: rule.filter(|r| r.model.is_some() && !l.at_rest).map(|_| l.loads),
                 has_forces: rule.is_some_and(|r| r.has_material),
             }
         });
