@@ -46,7 +46,7 @@ impl CutterEdges {
         let teeth = tool.flutes.filter(|n| *n > 0)?;
         let profiles: Vec<Profile> = tool.cutting().map(|b| b.profile.clone()).collect();
         let radius = profiles.iter().map(Profile::max_radius).fold(0.0, f64::max);
-        if !(radius > 0.0) {
+        if radius <= 0.0 || radius.is_nan() {
             return None;
         }
         let edges = tool.edges.as_ref();
@@ -72,7 +72,7 @@ impl CutterEdges {
     /// Elements between two heights, mm; none where the cutter has no outline there.
     pub(crate) fn between(&self, [low, high]: [f64; 2]) -> Vec<EdgeElement> {
         let (low, high) = (low.max(0.0), high.min(self.length));
-        if !(high > low) {
+        if high <= low || high.is_nan() || low.is_nan() {
             return Vec::new();
         }
         let at = |k: usize| low + (high - low) * k as f64 / ELEMENTS as f64;
@@ -97,7 +97,7 @@ impl CutterEdges {
     fn element(&self, from: [f64; 2], to: [f64; 2]) -> Option<EdgeElement> {
         let (dr, dz) = (to[0] - from[0], to[1] - from[1]);
         let width = dr.hypot(dz);
-        if !(width > 0.0) {
+        if width <= 0.0 || width.is_nan() {
             return None;
         }
         let height = 0.5 * (from[1] + to[1]);

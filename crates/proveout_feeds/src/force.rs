@@ -214,7 +214,7 @@ impl ForceModel {
     fn add(&self, sum: &mut (Wrench, Wrench), e: &EdgeElement, feed: [f64; 2], angle: f64, share: f64) {
         let (sin, cos) = angle.sin_cos();
         let h = feed[0] * e.normal[0] * sin + feed[1] * e.normal[1];
-        if !(h > 0.0) {
+        if h <= 0.0 || h.is_nan() {
             return;
         }
         let m = &self.material;

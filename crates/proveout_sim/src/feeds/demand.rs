@@ -53,7 +53,7 @@ pub(crate) fn sample_loads(run: &TwinRun, rules: &BTreeMap<usize, ToolRule>) -> 
         let mut out = SampleLoads::default();
         let [across, down] = sample.feed_at(0.0);
         out.plunges = down > 0.0 && across < ACROSS * across.hypot(down);
-        out.at_rest = !(sample.speed_rpm > 0.0);
+        out.at_rest = sample.speed_rpm <= 0.0 || sample.speed_rpm.is_nan();
         let Some(rule) = rules.get(&sample.tool) else { return out };
         let Some(model) = &rule.model else { return out };
         let Some(cut): Option<CutLoads> = model.loads(&window::cuts(sample, slices), sample.speed_rpm) else {
