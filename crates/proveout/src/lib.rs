@@ -99,6 +99,7 @@ pub fn call(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Blade(args) => commands::blade::blade(&args).map(|()| PASS),
         Command::Plan(args) => commands::plan::plan(&args).map(|()| PASS),
         Command::Reschedule(args) => commands::plan::reschedule(&args).map(|()| PASS),
+        Command::Feeds(args) => commands::feeds::feeds(&args).map(|()| PASS),
         Command::Measure(args) => {
             commands::measure::measure(&args).map(|checked| if checked { PASS } else { UNCHECKED })
         }

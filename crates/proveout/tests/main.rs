@@ -8,6 +8,7 @@ mod collision;
 mod command_lines;
 mod compensation;
 mod controls;
+mod feeds;
 mod first_part;
 mod free_axes;
 mod hostile;

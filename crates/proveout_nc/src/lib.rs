@@ -44,6 +44,7 @@
 //! | `compensation/`, `overcut.rs` | the path of the tool center from a contour; where it cuts the contour |
 //! | `json/` | commands as JSON lines |
 //! | `post/` | commands to text, one file a language |
+//! | `feed_words.rs` | F words of a text, found and rewritten |
 //! | `command.rs`, `g_code.rs` | the commands; G words by number |
 //! | `probing.rs` | what probing motions have found |
 //! | `program.rs`, `survey.rs`, `not_run.rs`, `tally.rs` | a program as commands, and as a whole |
@@ -69,6 +70,7 @@ mod control;
 mod cycle;
 mod diagnostic;
 mod dialect;
+mod feed_words;
 mod frame;
 mod g_code;
 mod json;
@@ -97,6 +99,7 @@ pub use control::{
 };
 pub use diagnostic::{Diagnostic, Diagnostics};
 pub use dialect::detect;
+pub use feed_words::{FeedMotion, FeedText, FeedTextFault, FeedWord, feed_motions, same_but_feeds};
 pub use json::{JsonWriter, to_json};
 pub use machine_data::{Kinematics, ReferencePoints};
 pub use not_run::{NotRun, NotRunKind, Weight};

@@ -32,6 +32,7 @@
 //! - `compare.json`, `compare.html` ([`compare::write_comparison`]): several programs side by side, one page
 //! - `job.json`, `job.html` ([`write_job`]): the setups of a job, one page
 //! - `sweep.parquet`, `.csv`, `.json`, `.html` ([`merge_sweep`]): a row a job of a sweep, one page
+//! - a file as named ([`write_engagement_table`]): engagement and loads along the path, by slices of the cutter
 //! - a file as named ([`write_section_svg`], [`write_section_csv`]): a section of a stock, in the plane and
 //!   in W, mm
 //! - a file as named ([`machine_png`]): a machine at home with its axes and bodies
@@ -70,6 +71,7 @@
 //! | `all_observers.rs` | the observers of a run, together |
 //! | `json.rs`, `tables.rs`, `parquet_table.rs`, `clearance.rs` | JSON files, Parquet tables |
 //! | `part.rs`, `picture.rs`, `surface_picture.rs`, `glb.rs`, `mesh_file.rs` | the cut part as glTF; meshes |
+//! | `engagement.rs` | engagement and loads along the path |
 //! | `stock.rs`, `section.rs` | stock files; sections of a stock |
 //! | `roughness_map.rs`, `roughness_files.rs`, `roughness_picture.rs` | roughness maps |
 //! | `inspection.rs`, `qif.rs`, `qif/` | measured features: CSV, QIF |
@@ -94,6 +96,7 @@ mod color;
 pub mod compare;
 mod contact;
 mod deviation_classes;
+mod engagement;
 mod envelope;
 mod error;
 mod font;
@@ -130,6 +133,7 @@ mod units;
 pub use all_observers::observers;
 pub use clearance::ClearanceObserver;
 pub use color::{DeviationMap, Rgba};
+pub use engagement::write_engagement_table;
 pub use error::RecordError;
 pub use free_axes::FreeAxesObserver;
 pub use job_page::write_job;

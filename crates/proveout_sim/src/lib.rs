@@ -19,6 +19,7 @@
 //! | `evidence/` | manifest, digests, signature, run folder |
 //! | `observe/` | what observers get |
 //! | `verdict/` | findings, gates and figures as data |
+//! | `feeds/` | feeds of a program under the limits of its tools |
 //! | `compare/` | programs side by side, certificates of a schedule |
 //! | `setup/` | a scene from a program, causes known before a run |
 //! | `units.rs` | factors between the units inside and those of files |
@@ -35,6 +36,7 @@ mod checks;
 pub mod compare;
 mod cut;
 mod evidence;
+pub mod feeds;
 mod judge;
 mod latin_hypercube;
 mod observe;
@@ -48,6 +50,7 @@ pub mod verdict;
 pub use batch::{job, sweep};
 pub use checks::engagement::Engagement;
 pub use compare::{certificate, schedule};
+pub use cut::engaged_samples::{EngagedSample, EngagedSlice};
 pub use cut::journal;
 pub use evidence::digest;
 pub use evidence::manifest::{MANIFEST, Manifest, ManifestError, Verified, verify};

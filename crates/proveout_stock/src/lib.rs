@@ -23,6 +23,7 @@
 //!   separate parts, their removal, their moments of inertia.
 //! * [`TriDexel::sweep_measured`], [`Depths`] – how deep a motion, or a run of them, was in the material.
 //! * [`TriDexel::watch_engagement`], [`Contact`] – depth, width, angles and chip of every motion.
+//! * [`TriDexel::watch_slices`], [`SliceContact`] – the same by slices of the cutter and steps of the path.
 //! * [`TileTree`] – boxes round the material, so that what is near is found without looking at every ray.
 //! * [`BetweenRays`] – whether a body meets material that no ray sees.
 //! * [`Volume`] – how much material there is and how much has gone, so that both add up.
@@ -122,6 +123,7 @@ pub use field::engagement::Contact;
 pub use field::grid::{Cells, TileId};
 pub use field::raw_body::RawBody;
 pub use field::regrid_bound::Regrid;
+pub use field::slices::{SliceContact, SlicePlan};
 pub use field::sweep::SweepReport;
 pub use persist::file::StockFileError;
 pub use persist::history::HistoryError;

@@ -10,5 +10,6 @@ mod oracle;
 mod parts;
 mod patch_outline;
 mod patches;
+mod slices;
 mod surface;
 mod volume;

@@ -1,5 +1,6 @@
 //! The command line: commands here, their options in files by subject.
 
+mod feeds;
 mod folders;
 mod own_part;
 mod programs;
@@ -10,7 +11,7 @@ use clap::{
     error::{ContextKind, ContextValue, ErrorKind},
 };
 
-pub(crate) use self::{folders::*, own_part::*, programs::*, runs::*};
+pub(crate) use self::{feeds::*, folders::*, own_part::*, programs::*, runs::*};
 
 /// A machining digital twin: proves NC programs before the first cut.
 #[derive(Debug, Parser)]
@@ -62,6 +63,8 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Rewrite a program with new tool axes; contact points, feeds and structure are kept
     Reschedule(RescheduleArgs),
+    /// Write a program with new feeds: as high as the limits of the tools allow where the machine reaches them
+    Feeds(FeedsArgs),
     /// Measure the stock after a run (section, distance, wall thickness) or a measured surface texture
     /// (roughness)
     Measure(MeasureArgs),

@@ -89,11 +89,11 @@ blocks = 1000
 pub(crate) fn sandbox() -> TempDir {
     let folder = tempfile::tempdir().expect("temporary folder");
     let (root, to) = (root(), folder.path());
-    for name in ["machines", "tools"] {
+    for name in ["machines", "tools", "materials"] {
         symlink(root.join(name), to.join(name)).expect("a link");
     }
     fs::create_dir(to.join("tests")).expect("made");
-    for name in ["tests/first-part", "tests/own-machine", "tests/job", "tests/sweep"] {
+    for name in ["tests/first-part", "tests/own-machine", "tests/job", "tests/sweep", "tests/feeds"] {
         symlink(root.join(name), to.join(name)).expect("a link");
     }
     for name in ["out", "part", "bin", "scenes", "before"] {

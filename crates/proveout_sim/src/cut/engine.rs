@@ -8,7 +8,7 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use proveout_controller::{BlockKind, BlockRecord, Chunk, Event, MoveKind};
 use proveout_geom::Pose;
-use proveout_stock::{Depths, Patch, SweepMotion, SweepReport, TileId, TriDexel};
+use proveout_stock::{Depths, Patch, SlicePlan, SweepMotion, SweepReport, TileId, TriDexel};
 use proveout_tool::Role;
 
 use crate::{
@@ -24,6 +24,7 @@ use crate::{
         cut_source::Cuts,
         cutting::Cutting,
         detached_parts::{self, LooseParts, Shop},
+        engaged_samples::{EngagedSample, SampleMaker},
         kept_motion::{KeptMotion, KeptPiece},
         stages::{Checks, Stages, timed},
         stock_bodies::StockBodies,
@@ -127,6 +128,7 @@ pub(crate) struct Engine<'a> {
     threads: ThreadCuts,
     motion: Option<KeptMotion>,
     recorder: Option<Recorder<'a>>,
+    samples: Option<SampleMaker>,
     places: Vec<Option<(Arc<str>, u32)>>,
     ledger: Ledger,
     loose: LooseParts,
@@ -165,6 +167,7 @@ impl<'a> Engine<'a> {
             threads: ThreadCuts::new(&prepared.tools),
             motion: prepared.keeps_motion().then(KeptMotion::default),
             recorder: prepared.texture.as_ref().map(|plan| Recorder::new(prepared, plan.areas())),
+            samples: None,
             places: Vec::new(),
             time: 0.0,
             last_signals: (f64::NEG_INFINITY, SampleSignals::default()),
@@ -174,6 +177,19 @@ impl<'a> Engine<'a> {
     /// Proves the least clearance of every pair of bodies as well.
     pub(crate) fn prove_clearance(&mut self) {
         self.bodies.keep_proof();
+    }
+
+    /// Sorts the engagement into samples of at most `step` mm of path and slices of `slice` mm, see
+    /// [`Self::take_samples`].
+    pub(crate) fn sample_engagement(&mut self, step: f64, slice: f64) {
+        let plan = SlicePlan::new(step, slice);
+        self.stock.watch_slices(plan);
+        self.samples = plan.map(|plan| SampleMaker::new(plan, step));
+    }
+
+    /// The samples that are complete since the last call; with `end`, all that are left.
+    pub(crate) fn take_samples(&mut self, end: bool) -> Vec<EngagedSample> {
+        self.samples.as_mut().map_or_else(Vec::new, |s| s.take(end))
     }
 
     pub(crate) fn stock(&self) -> &TriDexel {
@@ -241,6 +257,10 @@ impl<'a> Engine<'a> {
 
         self.keep_history(chunk, first_id);
         let volumes = self.book_cuts(chunk, &states, &parts, &cut.reports);
+        if let Some(samples) = &mut self.samples {
+            let contacts = self.stock.take_slices();
+            samples.stretch(chunk, (&states, &self.prepared.tools.tools), first_id, &contacts, &volumes);
+        }
         let view = StretchView {
             prepared: self.prepared,
             work_from_table: &self.work_from_table,

@@ -9,6 +9,7 @@
 //! | `cut_source.rs` | cuts that are replayed from a journal or from shards |
 //! | `cutting.rs` | stock and patches, as they are cut |
 //! | `detached_parts/` | parts that come off the stock, and where they fall |
+//! | `engaged_samples.rs` | engagement along the path, by slices of the cutter |
 //! | `engine.rs` | one stretch of motion through stock and bodies |
 //! | `journal.rs` | what the sweeps did, so that an interrupted run can resume |
 //! | `journal_error.rs` | why a run cannot keep or resume a journal |
@@ -28,6 +29,7 @@ pub(crate) mod body_facts;
 pub(crate) mod cut_source;
 pub(crate) mod cutting;
 pub(crate) mod detached_parts;
+pub(crate) mod engaged_samples;
 pub(crate) mod engine;
 pub mod journal;
 pub(crate) mod journal_error;

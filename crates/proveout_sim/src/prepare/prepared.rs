@@ -1,6 +1,10 @@
 //! Everything a run needs, read and checked before the first command is executed.
 
-use std::{collections::BTreeMap, path::PathBuf, sync::Arc};
+use std::{
+    collections::BTreeMap,
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
 use proveout_controller::{Dynamics, servo::Plant};
 use proveout_geom::{Pose, TriMesh};
@@ -32,6 +36,8 @@ pub struct Prepared {
     pub program_lines: u32,
     /// The text that runs instead, where the program is re-scheduled from `program_path`.
     pub made: Option<MadeProgram>,
+    /// The same text with other feeds, which runs in its place.
+    pub(crate) with_feeds: Option<String>,
     /// Part and fixtures as the method has seen them, where the program is made.
     pub(crate) part_on_table: Option<PartOnTable>,
     /// The made program compared with the one before, where already known; a run makes the
@@ -125,6 +131,13 @@ impl Prepared {
     /// # Errors
     /// What is wrong with the text as a whole.
     pub fn program(&self) -> Result<Program, SimError> {
+        if let Some(text) = &self.with_feeds {
+            // Subprograms are looked for where the program lies.
+            let mut settings = self.nc_settings.clone();
+            let folder = self.program_path.parent().unwrap_or(Path::new("")).to_owned();
+            settings.subprogram_folders.insert(0, folder);
+            return Ok(Program::from_text(&self.program_path.display().to_string(), text.as_str(), &settings)?);
+        }
         Ok(match &self.made {
             Some(made) => Program::from_text(&made.file, made.text.as_str(), &self.nc_settings)?,
             None => Program::open(&self.program_path, &self.nc_settings)?,

@@ -196,6 +196,7 @@ impl Prepared {
             program_path,
             program_lines: u32::try_from(program_lines).unwrap_or(u32::MAX),
             made,
+            with_feeds: None,
             part_on_table,
             schedule: None,
             nc_settings,

@@ -4,6 +4,7 @@ use crate::{
     field::grid::{Cells, RayGrid, TILE, TILE_RAYS, TileId},
     field::last_emptied::LastEmptied,
     field::regrid_bound::Regrid,
+    field::slices::{SliceContact, SlicePlan, joined},
     field::span::MaterialSpan,
     field::tile::Tile,
     field::undo::History,
@@ -31,6 +32,10 @@ pub struct TriDexel {
     /// Who took whole intervals, one for each tile.
     pub(crate) lost: Vec<LastEmptied>,
     pub(crate) watch_engagement: bool,
+    /// Into what engagement is sorted, where that is asked for.
+    pub(crate) slice_plan: Option<SlicePlan>,
+    /// What was sorted since it was last taken, in the order of the tiles.
+    pub(crate) slices: Vec<SliceContact>,
     /// Rows of tiles without material, where [`TriDexel::pass_over_empty_rows`] has asked for them; else
     /// empty.
     pub(crate) empty_rows: Vec<bool>,
@@ -195,6 +200,18 @@ impl TriDexel {
     /// [`SweepReport::contact`]: crate::SweepReport::contact
     pub fn watch_engagement(&mut self, on: bool) {
         self.watch_engagement = on;
+    }
+
+    /// Has every removing item sort its engagement into steps and slices, until [`Self::take_slices`] takes
+    /// them; none ends that. Costs a search for each point of the removed intervals, in steps of the plan.
+    /// Sweeps of a share do not sort.
+    pub fn watch_slices(&mut self, plan: Option<SlicePlan>) {
+        self.slice_plan = plan;
+    }
+
+    /// What was sorted since the last call, by item, step and slice.
+    pub fn take_slices(&mut self) -> Vec<SliceContact> {
+        joined(std::mem::take(&mut self.slices))
     }
 
     /// True when nothing is left.

@@ -32,6 +32,7 @@
 //! are one range.
 
 use crate::{
+    field::slices::{SlicePlan, steps_of},
     kernels::meridian::Meridian,
     kernels::motion::MotionPiece,
     kernels::vec3::{V, add, along, dot, norm, scale, sub},
@@ -65,10 +66,19 @@ impl Default for Contact {
 /// A point when the cutter first touches it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FirstTouch {
-    height: f64,
+    /// Part of the motion that is over by then.
+    pub(crate) tau: f64,
+    pub(crate) height: f64,
     /// Across the feed, and the angle where it is in front.
-    across: Option<(f64, Option<f64>)>,
-    advance: f64,
+    pub(crate) across: Option<(f64, Option<f64>)>,
+    pub(crate) advance: f64,
+}
+
+impl FirstTouch {
+    /// On the rear side, or by a motion along the axis.
+    pub(crate) fn is_around(&self) -> bool {
+        self.across.is_none_or(|(_, angle)| angle.is_none())
+    }
 }
 
 impl Contact {
@@ -134,9 +144,24 @@ const BESIDE: f64 = 0.01;
 pub(crate) struct PassMotions {
     bodies: Vec<Option<Meridian>>,
     moves: Vec<(usize, MotionPiece)>,
+    /// Whether contacts are asked for.
+    pub(crate) contacts: bool,
+    /// Into what engagement is sorted, and the steps of each item.
+    slices: Option<(SlicePlan, Vec<u32>)>,
 }
 
 impl PassMotions {
+    /// What is watched, where anything is; `index` gives the body of each item.
+    pub(crate) fn watched(
+        contacts: bool,
+        plan: Option<SlicePlan>,
+        items: &[SweepItem<'_>],
+        index: &[usize],
+    ) -> Option<Self> {
+        let slices = plan.map(|plan| (plan, steps_of(&plan, items)));
+        (contacts || slices.is_some()).then(|| Self { contacts, slices, ..Self::new(items, index) })
+    }
+
     /// `index` gives the body of each item.
     pub(crate) fn new(items: &[SweepItem<'_>], index: &[usize]) -> Self {
         let mut bodies: Vec<Option<Meridian>> = Vec::new();
@@ -157,12 +182,18 @@ impl PassMotions {
             (body, piece)
         });
         let moves = moves.collect();
-        Self { bodies, moves }
+        Self { bodies, moves, contacts: true, slices: None }
+    }
+
+    /// Into what the engagement of an item is sorted, and its steps.
+    pub(crate) fn slices_of(&self, item: u32) -> Option<(&SlicePlan, u32)> {
+        let (plan, steps) = self.slices.as_ref()?;
+        steps.get(item as usize).filter(|steps| **steps > 0).map(|steps| (plan, *steps))
     }
 
     /// The first touch of a point that an item took away.
     pub(crate) fn touch(&self, item: u32, x: V) -> FirstTouch {
-        let none = FirstTouch { height: f64::NAN, across: None, advance: 0.0 };
+        let none = FirstTouch { tau: f64::NAN, height: f64::NAN, across: None, advance: 0.0 };
         let Some((body, piece)) = self.moves.get(item as usize) else { return none };
         let Some(body) = self.bodies.get(*body).and_then(Option::as_ref) else { return none };
         let mut tau = 0.0;
@@ -188,6 +219,6 @@ impl PassMotions {
             let (front, left) = (dot(p, f), dot(p, s));
             (left, (front >= -BESIDE * radius && radius > TOUCHED).then(|| front.max(0.0).atan2(left)))
         });
-        FirstTouch { height, across, advance: (-sample.ft).max(0.0) }
+        FirstTouch { tau, height, across, advance: (-sample.ft).max(0.0) }
     }
 }

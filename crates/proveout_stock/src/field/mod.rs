@@ -12,6 +12,7 @@ pub(crate) mod opening;
 pub(crate) mod raw_body;
 pub(crate) mod raw_stock;
 pub(crate) mod regrid_bound;
+pub(crate) mod slices;
 pub(crate) mod span;
 pub(crate) mod sweep;
 pub(crate) mod tile;

@@ -86,6 +86,8 @@ impl TriDexel {
             changed,
             history: None,
             watch_engagement: false,
+            slice_plan: None,
+            slices: Vec::new(),
             empty_rows: Vec::new(),
         };
         stock.initial_volume = stock.volume();

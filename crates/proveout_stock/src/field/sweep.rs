@@ -10,6 +10,7 @@ use crate::{
     field::dexel::TriDexel,
     field::engagement::{Contact, PassMotions},
     field::grid::{RayGrid, TILE},
+    field::slices::SliceContact,
     field::tile_work::{Scratch, TileWork},
     field::watch::Watch,
     kernels::meridian::Meridian,
@@ -66,7 +67,8 @@ impl TriDexel {
         let (index, bodies) = bodies_of(items);
         for chunk in chunks(items, measures) {
             let mut batch = self.batch(chunk.items, chunk.measures, &index[chunk.range.clone()], &bodies);
-            batch.moves = self.watch_engagement.then(|| PassMotions::new(chunk.items, &index[chunk.range.clone()]));
+            let body_of = &index[chunk.range.clone()];
+            batch.moves = PassMotions::watched(self.watch_engagement, self.slice_plan, chunk.items, body_of);
             let reports = &mut reports[chunk.range.clone()];
             let (mut first, mut deepest) = (0, Deepest::default());
             while first < batch.ready.len() {
@@ -273,6 +275,8 @@ impl TriDexel {
                 let region = Aabb { min: low, max: high };
                 report.region = Some(report.region.map_or(region, |r| r.union(&region)));
             }
+            self.slices
+                .extend(work.watch.slices.iter().map(|s| SliceContact { volume_mm3: s.volume_mm3 * area, ..*s }));
             for (item, contact) in &work.watch.contacts {
                 let report = &mut reports[*item as usize];
                 report.contact = Some(report.contact.map_or(*contact, |c| c.union(contact)));

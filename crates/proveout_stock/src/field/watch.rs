@@ -5,6 +5,7 @@
 
 use crate::{
     field::engagement::{Contact, PassMotions},
+    field::slices::{SliceContact, SliceTouches},
     field::span::{EndMark, SLIVER, SpanEnd},
     field::tile_field::Field,
     field::undo::Undo,
@@ -23,6 +24,8 @@ pub(crate) struct Watch {
     pub undo: Option<Undo>,
     /// Engagement of items, where it is asked for.
     pub contacts: Vec<(u32, Contact)>,
+    /// The same by steps and slices; volumes as lengths of ray, mm.
+    pub slices: Vec<SliceContact>,
     /// The layers before the item at work; the first `count` are in use.
     before: Vec<Lanes>,
     count: usize,
@@ -63,6 +66,7 @@ impl Watch {
         mut mark: impl FnMut(&LaneStrip, bool) -> EndMark,
     ) {
         let mut contact = Contact::default();
+        let mut touches = SliceTouches::default();
         for r in 0..LANES {
             let (before, after) = (&self.before[..self.count], field.layers());
             let differ = |k: usize| match (before.get(k), after.get(k).map(|layer| &layer.lanes)) {
@@ -86,10 +90,23 @@ impl Watch {
             }
             if let Some((moves, first)) = moves.zip(old.first()) {
                 let (u, v) = (first.u, first.v);
+                let sorted = moves.slices_of(item);
                 removed_intervals(old, new, |lo, hi| {
-                    if hi - lo > SHAVING {
-                        contact.add(moves.touch(item, to_space(a, [lo, u, v])));
-                        contact.add(moves.touch(item, to_space(a, [hi, u, v])));
+                    if hi - lo <= SHAVING {
+                        return;
+                    }
+                    let at = |s: f64| moves.touch(item, to_space(a, [s, u, v]));
+                    let ends = [at(lo), at(hi)];
+                    if moves.contacts {
+                        ends.iter().for_each(|touch| contact.add(*touch));
+                    }
+                    if let Some((plan, steps)) = sorted {
+                        ends.iter().for_each(|touch| touches.add(plan, [id, steps], touch, 0.0));
+                        let points = plan.points(hi - lo);
+                        let length = (hi - lo) / points as f64;
+                        for k in 0..points {
+                            touches.add(plan, [id, steps], &at(lo + (k as f64 + 0.5) * length), length);
+                        }
                     }
                 });
             }
@@ -97,6 +114,7 @@ impl Watch {
         if contact.is_any() {
             self.contacts.push((item, contact));
         }
+        self.slices.extend(touches.take(1.0));
     }
 }
 

@@ -178,6 +178,8 @@ impl TriDexel {
             history: None,
             lost: vec![LastEmptied::default(); self.tiles.len()],
             watch_engagement: self.watch_engagement,
+            slice_plan: None,
+            slices: Vec::new(),
             empty_rows: Vec::new(),
         }
     }

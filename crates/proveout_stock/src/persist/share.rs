@@ -142,6 +142,8 @@ impl TriDexel {
             history: None,
             lost: self.lost.clone(),
             watch_engagement: self.watch_engagement,
+            slice_plan: None,
+            slices: Vec::new(),
             empty_rows: Vec::new(),
         };
         if self.history.is_some() {

@@ -210,6 +210,8 @@ impl TriDexel {
             history: None,
             lost,
             watch_engagement: false,
+            slice_plan: None,
+            slices: Vec::new(),
             empty_rows: Vec::new(),
         };
         stock.initial_volume = stock.volume();

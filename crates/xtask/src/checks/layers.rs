@@ -26,6 +26,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
     ("proveout_stock", &["geom", "tool"]),
     ("proveout_surface", &["input", "geom", "blade", "tool", "stock"]),
     ("proveout_collision", &["geom", "blade", "tool", "machine", "stock"]),
+    ("proveout_feeds", &["input", "tool"]),
     (
         "proveout_sim",
         &[
@@ -41,6 +42,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
             "stock",
             "surface",
             "collision",
+            "feeds",
         ],
     ),
     ("proveout_record", &["geom", "nc", "tool", "machine", "controller", "stock", "surface", "collision", "sim"]),
