@@ -73,6 +73,8 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Sign the manifest of a run folder, so that `verify` can confirm who signed it
     Sign(SignArgs),
+    /// Show what this machine has of what the program uses, one line each with the remedy
+    Doctor(DoctorArgs),
     /// Write the completion script of a shell to a file
     Completions(CompletionsArgs),
     /// Write the manual pages of all commands to a folder

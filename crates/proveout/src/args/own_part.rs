@@ -42,7 +42,7 @@ pub(crate) struct NewArgs {
     /// bar X0,Y,Z,DIAMETER,LENGTH along X; a mesh file; or `proposed`
     #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
     pub(crate) stock: Option<String>,
-    /// Design of the part: a closed mesh in program coordinates (STL, OBJ, glTF)
+    /// Design of the part in program coordinates: a closed mesh (STL, OBJ, glTF) or a STEP file
     #[arg(long, value_name = "FILE")]
     pub(crate) design: Option<PathBuf>,
     /// Tool library: Proveout .toml, Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, or a program with G10

@@ -47,6 +47,7 @@ pub(crate) mod run_limits;
 pub(crate) mod setup;
 pub(crate) mod stock;
 pub(crate) mod surface;
+pub(crate) mod step_file;
 pub(crate) mod tolerance;
 
 use std::{
