@@ -49,7 +49,7 @@ fn a_refusal_is_handed_on_and_floods_of_words_do_not_block() {
     let refused = refusal(Helper::new("any".into()), &with_script("echo 'it has 2 open shells' >&2\nexit 2"));
     assert!(refused.contains("helper: it has 2 open shells; export it again"), "{refused}");
     // Two megabytes fill any pipe.
-    let flood = "yes words | head -c 2000000 >&2\necho 'the last one' >&2\nexit 2";
+    let flood = "yes words | head -c 2000000 >&2\necho >&2\necho 'the last one' >&2\nexit 2";
     let refused = refusal(Helper::new("any".into()), &with_script(flood));
     assert!(refused.contains("helper: the last one"), "{refused}");
     let refused = refusal(Helper::new("any".into()), &with_script("exit 2"));
