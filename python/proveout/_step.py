@@ -130,7 +130,8 @@ class Reading:
         model = self.reader.StepModel()
         # Kept, so that the same entity is the same object when a face asks for it.
         self.entities = [model.Value(i) for i in range(1, model.NbEntities() + 1)]
-        faces = [e for e in self.entities if e.DynamicType().Name() in ("StepShape_AdvancedFace", "StepShape_FaceSurface")]
+        kinds = ("StepShape_AdvancedFace", "StepShape_FaceSurface")
+        faces = [e for e in self.entities if e.DynamicType().Name() in kinds]
         self.numbers = {id(e): k for k, e in enumerate(faces)}
 
     def entity(self, face: Any) -> int:
@@ -306,7 +307,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="proveout-step", description="Triangles of a STEP file for proveout")
     parser.add_argument("--version", action="store_true", help="print protocol and kernel")
     parser.add_argument("--protocol", type=int, help=f"protocol that is spoken: {PROTOCOL}")
-    parser.add_argument("--chord-um", type=float, help="largest distance of the mesh from the surface that is wanted, um")
+    parser.add_argument("--chord-um", type=float, help="largest distance from the surface that is wanted, um")
     parser.add_argument("--memory-mib", type=int, default=4096, help="memory that it may take, MiB")
     parser.add_argument("--out", type=Path, help="folder of the files")
     parser.add_argument("file", type=Path, nargs="?", help="STEP file")

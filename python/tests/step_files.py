@@ -261,6 +261,7 @@ def main() -> None:
     pi = math.pi
     plate = cut(box((40, 30, 20)), cylinder(5, 22, (20, 15, -1)))
     bolt = fuse(cylinder(5, 30), cylinder(9, 6, (0, 0, 30)))
+    bores = cylinder(8, 50, (20, 20, -5)), cylinder(6, 50, (-5, 20, 20), (1, 0, 0))
     hollow_block = cut(box((30, 30, 30)), sphere(10, (15, 15, 15)))
     # Name, shape, volume by a closed form, options of the writer.
     solids: list[tuple[str, Shape, float | None, dict[str, Any]]] = [
@@ -281,7 +282,7 @@ def main() -> None:
         ("thread", thread(), None, {}),
         ("bolt", bolt, pi * (750 + 486), {}),
         ("hollow", hollow(), 24000 - 36 * 26 * 18, {}),
-        ("crossed-bores", cut(box((40, 40, 40)), cylinder(8, 50, (20, 20, -5)), cylinder(6, 50, (-5, 20, 20), (1, 0, 0))), None, {}),
+        ("crossed-bores", cut(box((40, 40, 40)), *bores), None, {}),
         ("plate-of-holes", holes(12, 8), 96 * (800 - 72 * pi), {}),
         ("thin", box((100, 60, 0.1)), 600, {}),
         ("tiny", cylinder(0.2, 0.5), 0.02 * pi, {}),
@@ -303,11 +304,12 @@ def main() -> None:
         write(folder / f"{name}.step", shape, **options)
         if f"{name}.step" not in refused:
             expected.append({"file": f"{name}.step", "volume_mm3": volume})
+    solid, shell = "MANIFOLD_SOLID_BREP", "ORIENTED_CLOSED_SHELL"
     spoiled: list[tuple[str, str, Callable[[str], str], str]] = [
-        ("misspelt", "box-hole", lambda t: t.replace("CYLINDRICAL_SURFACE", "CYLINDRICAL_SURFAXE", 1), "has lost"),
-        ("misspelt-face", "box-hole", lambda t: t.replace("ADVANCED_FACE", "ADVANCED_FAXE", 1), "has 1 solid"),
-        ("misspelt-solid", "assembly", lambda t: t.replace("MANIFOLD_SOLID_BREP", "MANIFOLD_SOLID_BREPP", 1), "has lost"),
-        ("misspelt-void", "void", lambda t: t.replace("ORIENTED_CLOSED_SHELL", "ORIENTED_CLOSED_SHEL", 1), "has lost"),
+        ("misspelled", "box-hole", lambda t: t.replace("CYLINDRICAL_SURFACE", "CYLINDRICAL_SURFAXE", 1), "has lost"),
+        ("misspelled-face", "box-hole", lambda t: t.replace("ADVANCED_FACE", "ADVANCED_FAXE", 1), "has 1 solid"),
+        ("misspelled-solid", "assembly", lambda t: t.replace(solid, solid + "P", 1), "has lost"),
+        ("misspelled-void", "void", lambda t: t.replace(shell, shell[:-1], 1), "has lost"),
         ("missing-face", "box-hole", without_a_face, "has lost"),
         ("truncated", "blade", lambda t: t[: len(t) // 2], "not whole"),
         ("two-units", "box", lambda t: t.replace("ENDSEC;\nEND-ISO", SECOND_UNIT + "ENDSEC;\nEND-ISO"), "two units"),

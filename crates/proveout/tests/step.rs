@@ -54,9 +54,8 @@ impl Shop {
             ),
         );
         let corner = |k: u32| [0, 1, 2].map(|i| if k >> i & 1 == 1 { max[i] } else { min[i] });
-        let middle = |corners: &[[f64; 3]]| {
-            [0, 1, 2].map(|i| corners.iter().map(|c| c[i]).sum::<f64>() / corners.len() as f64)
-        };
+        let middle =
+            |corners: &[[f64; 3]]| [0, 1, 2].map(|i| corners.iter().map(|c| c[i]).sum::<f64>() / corners.len() as f64);
         let bytes = |points: &[[f64; 3]]| points.iter().flatten().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
         let (mut mesh, mut samples) = (bytes(&[0, 1, 2, 3, 4, 5, 6, 7].map(corner)), Vec::new());
         for (face, triangles) in FACES.iter().enumerate() {
@@ -80,7 +79,9 @@ impl Shop {
         });
         let answer = self.workshop.path().join("answers").join(name);
         fs::create_dir_all(&answer).expect("made");
-        for (file, bytes) in [("mesh.json", head.to_string().into_bytes()), ("mesh.bin", mesh), ("samples.bin", samples)] {
+        for (file, bytes) in
+            [("mesh.json", head.to_string().into_bytes()), ("mesh.bin", mesh), ("samples.bin", samples)]
+        {
             fs::write(answer.join(file), bytes).expect("written");
         }
     }

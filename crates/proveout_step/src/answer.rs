@@ -114,7 +114,8 @@ impl Answer {
                 return Err(format!("mesh.bin: the triangles of face {number} are those of another one in mesh.json"));
             }
         }
-        let [positions, samples] = [("mesh.bin", positions), ("samples.bin", &samples)].map(|(name, b)| points_of(name, b));
+        let [positions, samples] =
+            [("mesh.bin", positions), ("samples.bin", &samples)].map(|(name, b)| points_of(name, b));
         Ok(Self { positions: positions?, triangles, samples: samples?, head })
     }
 }

@@ -58,7 +58,10 @@ fn squared_distance(p: &Point, [a, b, c]: &[Point; 3]) -> f64 {
         let height = normal.dot(&(p - a));
         return height * height / area;
     }
-    [(a, b), (b, c), (c, a)].map(|(from, to)| squared_from_edge(p, from, &(to - from))).into_iter().fold(f64::MAX, f64::min)
+    [(a, b), (b, c), (c, a)]
+        .map(|(from, to)| squared_from_edge(p, from, &(to - from)))
+        .into_iter()
+        .fold(f64::MAX, f64::min)
 }
 
 fn squared_from_edge(p: &Point, from: &Point, way: &Vector) -> f64 {
@@ -203,7 +206,9 @@ mod tests {
         for case in 0..20 {
             let mesh = cylinder_mesh(3.0, -2.0, 2.0, 5 + case);
             let points: Vec<Point> = (0..80).map(|_| random.point(9.0)).collect();
-            let from = |p: &Point| (0..mesh.triangles.len()).map(|t| squared_distance(p, &mesh.corners(t))).fold(f64::MAX, f64::min);
+            let from = |p: &Point| {
+                (0..mesh.triangles.len()).map(|t| squared_distance(p, &mesh.corners(t))).fold(f64::MAX, f64::min)
+            };
             let slow = points.iter().map(from).fold(0.0, f64::max).sqrt();
             let bounded = points.iter().enumerate().map(|(k, p)| match k % 2 {
                 0 => BoundedPoint::unbounded(*p),

@@ -174,7 +174,9 @@ impl End {
 
     fn help(&self) -> String {
         match self {
-            Self::NotStarted(_) => format!("set {VARIABLE} to a program, or install it: pip install \"proveout[step]\""),
+            Self::NotStarted(_) => {
+                format!("set {VARIABLE} to a program, or install it: pip install \"proveout[step]\"")
+            }
             Self::Time(_) | Self::Memory(_) | Self::Output(_) => {
                 "ask for a larger `chord_um`, leave small details out, or export the solid as STL".into()
             }

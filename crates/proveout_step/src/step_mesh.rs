@@ -104,8 +104,8 @@ impl StepFiles {
     /// # Errors
     /// [`StepError`] with its remedy.
     pub fn read(&self, path: &Path, chord_um: f64) -> Result<Arc<StepMesh>, StepError> {
-        let bytes = read_regular_file(path, MAX_FILE_BYTES)
-            .map_err(|source| StepError::Open { path: path.into(), source })?;
+        let bytes =
+            read_regular_file(path, MAX_FILE_BYTES).map_err(|source| StepError::Open { path: path.into(), source })?;
         let sha256: String = Sha256::digest(&bytes).iter().map(|b| format!("{b:02x}")).collect();
         let key = (sha256, chord_um.to_bits());
         // Others wait here, and find it read.
@@ -138,7 +138,10 @@ impl StepFiles {
         let wrong = |message| StepError::Answer { path: path.into(), helper: helper.program.clone(), message };
         let answer = Answer::read(folder.path()).map_err(wrong)?;
         if answer.head.sha256 != sha256 {
-            return Err(wrong(format!("it is about a file with SHA-256 {}, this one has {sha256}", answer.head.sha256)));
+            return Err(wrong(format!(
+                "it is about a file with SHA-256 {}, this one has {sha256}",
+                answer.head.sha256
+            )));
         }
         check_unit(&answer, &text).map_err(wrong)?;
         let loose = check_counts(&answer, &text).map_err(|message| StepError::Lost { path: path.into(), message })?;
@@ -161,7 +164,11 @@ fn check_counts(answer: &Answer, text: &StepText) -> Result<Vec<StepFace>, Strin
     let in_solids: Option<BTreeSet<usize>> = answer.head.faces.iter().map(|f| known(f.entity)).collect();
     let loose: Option<BTreeSet<usize>> = answer.head.loose.iter().map(|e| known(*e)).collect();
     let (Some(in_solids), Some(loose)) = (in_solids, loose) else {
-        return Err(format!("{} has made a face that is none of the {} of the file", answer.head.kernel, text.faces.len()));
+        return Err(format!(
+            "{} has made a face that is none of the {} of the file",
+            answer.head.kernel,
+            text.faces.len()
+        ));
     };
     let lost: Vec<&StepFace> = (0..text.faces.len())
         .filter(|face| !in_solids.contains(face) && !loose.contains(face))

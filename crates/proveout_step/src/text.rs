@@ -138,10 +138,8 @@ impl<'a> Reader<'a> {
             [(_, unit)] => Ok(unit.clone()),
             [] => Err(self.fault(None, "it states no unit of length", "export it in millimeters or inches")),
             [(first, a), (second, b), ..] => {
-                let message = format!(
-                    "it counts in two units: {} (context #{first}) and {} (context #{second})",
-                    a.name, b.name
-                );
+                let message =
+                    format!("it counts in two units: {} (context #{first}) and {} (context #{second})", a.name, b.name);
                 Err(self.fault(None, message, "export all parts in one unit, or each part as a file of its own"))
             }
         }
@@ -197,7 +195,8 @@ impl<'a> Found<'a> {
 mod tests {
     use super::*;
 
-    const HEAD: &str = "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'));\nENDSEC;\nDATA;\n";
+    const HEAD: &str =
+        "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('AUTOMOTIVE_DESIGN { 1 0 10303 214 1 1 1 1 }'));\nENDSEC;\nDATA;\n";
     const TAIL: &str = "ENDSEC;\nEND-ISO-10303-21;\n";
     const MM: &str = "#90=(GEOMETRIC_REPRESENTATION_CONTEXT(3) GLOBAL_UNIT_ASSIGNED_CONTEXT((#91,#92)) REPRESENTATION_CONTEXT('',''));\n\
                       #91=(LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.));\n\

@@ -132,7 +132,9 @@ pub(crate) struct DiffArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Exit code: 0 nothing is wrong, what is missing is named; 2 something is there and cannot be used.")]
+#[command(
+    after_help = "Exit code: 0 nothing is wrong, what is missing is named; 2 something is there and cannot be used."
+)]
 pub(crate) struct DoctorArgs {
     /// Print JSON: a list of name, state (ok, missing, wrong), found, remedy
     #[arg(long)]

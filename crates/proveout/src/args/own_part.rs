@@ -66,7 +66,8 @@ pub(crate) struct NewArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ToolsArgs {
-    /// Tool library: Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, or a program with offsets (G10 L10)
+    /// Tool library: Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, ISO 13399 .p21, DIN 4000, hyperMILL or
+    /// SolidCAM .xml, or a program with offsets (G10 L10)
     pub(crate) file: PathBuf,
     /// Library to write
     #[arg(long, value_name = "FILE")]

@@ -7,8 +7,8 @@ use proveout_controller::{ControlError, RunError};
 use proveout_geom::{MeshError, MeshFileError};
 use proveout_input::InputError;
 use proveout_nc::{ControlFileError, Diagnostic, Diagnostics, post::PostError};
-use proveout_stock::StockError;
 use proveout_step::StepError;
+use proveout_stock::StockError;
 use thiserror::Error;
 
 use crate::{

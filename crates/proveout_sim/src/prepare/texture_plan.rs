@@ -167,11 +167,7 @@ pub(crate) fn next_class(class: SettingClass) -> Option<SettingClass> {
 }
 
 /// What the places lie on, and its error, mm.
-fn ground(
-    scene: &Scene,
-    part_mesh: Option<&TriMesh>,
-    part_mesh_error: Option<f64>,
-) -> Result<(Ground, f64), SimError> {
+fn ground(scene: &Scene, part_mesh: Option<&TriMesh>, part_mesh_error: Option<f64>) -> Result<(Ground, f64), SimError> {
     let Some(part) = &scene.file.part else { return Ok((Ground::None, 0.0)) };
     if let Some(cone) = &part.cone_frustum {
         let design: Arc<dyn DesignSurface + Send> = Arc::new(flank(cone).0);

@@ -45,9 +45,9 @@ pub(crate) mod program;
 pub(crate) mod reschedule;
 pub(crate) mod run_limits;
 pub(crate) mod setup;
+pub(crate) mod step_file;
 pub(crate) mod stock;
 pub(crate) mod surface;
-pub(crate) mod step_file;
 pub(crate) mod tolerance;
 
 use std::{

@@ -9,7 +9,7 @@
 //!
 //! Such files have no tool numbers: tools are numbered in the order of the file, with a note. The kind comes from
 //! the words of type and name; a corner radius makes a ball or a bull nose of an end mill. A value that is given
-//! twice in two sizes is refused by name: nobody knows which one is meant.
+//! twice in two sizes is refused by name, since the file does not say which one is meant.
 
 use std::path::Path;
 
@@ -56,7 +56,8 @@ impl CatalogTool {
         for name in names {
             let mut found: Option<(f64, &str)> = None;
             for (_, text, unit) in self.values.iter().filter(|(known, ..)| known == name) {
-                let number = number(text).ok_or_else(|| format!("`{name}` = {text:?} is not a number, zero or above"))?;
+                let number =
+                    number(text).ok_or_else(|| format!("`{name}` = {text:?} is not a number, zero or above"))?;
                 let value = if scaled { number * unit } else { number };
                 if let Some((other, written)) = found
                     && (other - value).abs() > SAME * other.max(value)
@@ -81,7 +82,8 @@ impl CatalogTool {
             name.clone_into(&mut draft.name);
         }
         draft.description = self.words.join(", ");
-        let diameter = length(keys.diameter)?.ok_or_else(|| format!("`{}` is not given", keys.diameter.join("`, `")))?;
+        let diameter =
+            length(keys.diameter)?.ok_or_else(|| format!("`{}` is not given", keys.diameter.join("`, `")))?;
         draft.put("diameter_mm", diameter);
         let named = kind_of(&self.kind).or_else(|| kind_of(&draft.description));
         draft.kind = named.map(|(kind, _)| kind);
@@ -146,9 +148,8 @@ pub(super) fn drafts(
     if tools.is_empty() {
         return Err(InputError::file(file, format!("the {} has no tool", keys.format), "export the library again"));
     }
-    imported.notes.push(format!(
-        "a {} has no tool numbers: its tools are numbered from 1 in the order of the file",
-        keys.format
-    ));
+    imported
+        .notes
+        .push(format!("a {} has no tool numbers: its tools are numbered from 1 in the order of the file", keys.format));
     Ok(imported)
 }

@@ -103,7 +103,8 @@ fn din(root: Node<'_, '_>) -> Result<Vec<CatalogTool>, String> {
         let mut class = None;
         let number = tools.len() + 1;
         for property in below(element, "Property-Data").chain(below(element, "Category-Data")) {
-            let (Some(name), Some(value)) = (child_text(property, "PropertyName"), child_text(property, "Value")) else {
+            let (Some(name), Some(value)) = (child_text(property, "PropertyName"), child_text(property, "Value"))
+            else {
                 continue;
             };
             match name {
@@ -140,11 +141,14 @@ fn parameters<'a>(tool: Node<'a, 'a>) -> Vec<(&'a str, &'a str)> {
 /// Millimeters of the unit of a tool.
 fn unit_of(all: &[(&str, &str)], keys: &[&str], number: usize) -> Result<f64, String> {
     let words: Vec<&str> = all.iter().filter(|(k, _)| keys.contains(k)).map(|(_, v)| *v).collect();
-    let Some(word) = words.first() else { return Err(format!("tool {number} of the file states no unit ({})", keys[0])) };
+    let Some(word) = words.first() else {
+        return Err(format!("tool {number} of the file states no unit ({})", keys[0]));
+    };
     if let Some(other) = words.iter().find(|w| *w != word) {
         return Err(format!("tool {number} of the file has two units: {word} and {other}"));
     }
-    let known = LengthUnit::from_name(word).ok_or_else(|| format!("tool {number} of the file: unit {word:?} is not known"));
+    let known =
+        LengthUnit::from_name(word).ok_or_else(|| format!("tool {number} of the file: unit {word:?} is not known"));
     known.map(LengthUnit::mm)
 }
 

@@ -252,9 +252,12 @@ fn iso_13399_values_have_their_own_units_and_are_those_of_the_file() {
 #[test]
 fn din_4000_has_decimal_commas_and_only_the_class_whose_letters_are_known() {
     let property = |name: &str, value: &str| {
-        format!("<Property-Data><PropertyName source=\"din_mk\">{name}</PropertyName><Value>{value}</Value></Property-Data>")
+        format!(
+            "<Property-Data><PropertyName source=\"din_mk\">{name}</PropertyName><Value>{value}</Value></Property-Data>"
+        )
     };
-    let values = [("J23", "VHM"), ("A1", "8,5"), ("B2", "20"), ("B5", "63,25"), ("C3", "10"), ("F21", "3"), ("J22", "X1")];
+    let values =
+        [("J23", "VHM"), ("A1", "8,5"), ("B2", "20"), ("B5", "63,25"), ("C3", "10"), ("F21", "3"), ("J22", "X1")];
     let body: String = values.iter().map(|(k, v)| property(k, v)).collect();
     let file = |class: &str, more: &str| {
         format!(

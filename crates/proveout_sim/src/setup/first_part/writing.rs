@@ -165,7 +165,9 @@ fn scene(plan: &Plan<'_>) -> String {
         put("[part]");
         put(&format!("mesh = {}", if design.inch { quoted(DESIGN) } else { path(&design.path) }));
         if is_step(&design.path) {
-            put("# The chord error of its mesh is measured; what is asked for, in micrometers, is 5 where it is not stated.");
+            put(
+                "# The chord error of its mesh is measured; what is asked for, in micrometers, is 5 where it is not stated.",
+            );
             put("# chord_um = 2");
         } else {
             put(
