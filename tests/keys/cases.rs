@@ -132,6 +132,7 @@ cases! {
     "scene/.engagement", Mill, ["scene", "engagement", "false"];
     "scene/StockFile.box", Mill, ["scene", "stock.box", "{ min_mm = [-14, -10, -10], max_mm = [15, 10, 0] }"];
     "scene/StockFile.cylinder", Cone, ["scene", "stock.cylinder", "{ base_mm = [0, 0, -10], radius_mm = 13, height_mm = 10 }"];
+    "scene/StockFile.chord_um", Mesh, ["scene", "stock.chord_um", "2"];
     "scene/StockFile.mesh", Mesh, ["scene", "stock.mesh", "\"other.stl\""];
     "scene/StockFile.repair", Mesh, ["scene", "stock.repair", "false"];
     "scene/StockFile.mesh_unit", Mesh, ["scene", "stock.mesh_unit", "\"cm\""];
@@ -157,6 +158,7 @@ cases! {
     "scene/PatchFile.cell_mm", Part, ["scene", "stock.patch.0.cell_mm", "0.125"];
     "scene/PartFile.mesh", Part, ["scene", "part.mesh", "\"other.stl\""];
     "scene/PartFile.chord_error_mm", Part, ["scene", "part.chord_error_mm", "0.02"];
+    "scene/PartFile.chord_um", Part, ["scene", "part.chord_um", "2"];
     "scene/PartFile.mesh_unit", Part, ["scene", "part.mesh_unit", "\"inch\""];
     "scene/PartFile.judged_box", Part, ["scene", "part.judged_box", ""];
     "scene/PartFile.cone_frustum", Cone, ["scene", "part", ""];
@@ -195,6 +197,7 @@ cases! {
     "scene/.design", Bare, ["scene", "design", ""];
     "scene/.gates", Bare, ["scene", "gates", "{ not_asked = [] }"];
     "scene/GatesFile.not_asked", Bare, ["scene", "gates.not_asked", "[]"];
+    "scene/FixtureFile.chord_um", Held, ["scene", "fixture.2.chord_um", "2"];
     "scene/FixtureFile.kind", Held, ["scene", "fixture.2.kind", "\"vise\""];
     "scene/FixtureFile.at_mm", Held, ["scene", "fixture.2.at_mm", "[101, 0, -30]"];
     "scene/FixtureFile.rotation_deg", Held, ["scene", "fixture.2.rotation_deg", "[0, 0, 10]"];

@@ -248,6 +248,7 @@ impl From<&SimError> for Failure {
             SimError::Mesh { path, source } => Self::new(source).at(path.display(), 0, 0, 0, "").with_help(
                 "repair the mesh in the program that made it: a solid must be closed, with face normals outward",
             ),
+            SimError::Step(s) => Self::new(s).with_help(s.help()),
             SimError::Stock(s) => Self::new(s).with_help("see resolution_mm of the scene, or --resolution-mm"),
             SimError::Folder(f) => Self::new(f).with_help("name another folder with --output"),
             other => Self::new(other),

@@ -104,6 +104,7 @@ pub fn call(words: impl IntoIterator<Item = OsString>) -> u8 {
             commands::measure::measure(&args).map(|checked| if checked { PASS } else { UNCHECKED })
         }
         Command::Diff(args) => commands::diff::diff(&args.run_a, &args.run_b).map(|()| PASS),
+        Command::Doctor(args) => commands::doctor::doctor(&args).map(|well| if well { PASS } else { WRONG }),
         Command::Completions(args) => commands::install::completions(&args).map(|()| PASS),
         Command::Manual(args) => commands::install::manual(&args).map(|()| PASS),
         Command::View(args) => commands::view::view(&args.run).map(|()| PASS),

@@ -27,6 +27,8 @@ mod reschedule_smooth;
 mod roughness;
 mod scallop;
 mod schedule_recording;
+#[cfg(unix)]
+mod step;
 mod sweep;
 mod texture;
 mod tilted_planes;

@@ -68,7 +68,7 @@ pub use prepare::control_file::{control_of, settings_on};
 pub use prepare::error::SimError;
 pub use prepare::machine_data::with_machine;
 pub use prepare::made_program::MadeProgram;
-pub use prepare::memory::{Memory, Recorded};
+pub use prepare::memory::{MEMORY, Memory, Recorded};
 pub use prepare::part_on_table::PartOnTable;
 pub use prepare::part_shape::{BladeMesh, blade_mesh_of};
 pub use prepare::planning;
@@ -86,6 +86,11 @@ pub use {
     prepare::choice::{Choice, StockChoice},
     scene::stock::resolution_fault,
 };
+
+/// STEP files: where their helper is, and what it reads.
+pub mod step {
+    pub use proveout_step::{DEFAULT_CHORD_UM, Helper, StepError, StepFiles, StepMesh, VARIABLE, is_step};
+}
 
 /// Programs that are made: a pass over the blade of the scene, and re-scheduled programs.
 pub mod programs {

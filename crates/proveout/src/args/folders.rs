@@ -132,6 +132,16 @@ pub(crate) struct DiffArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Exit code: 0 nothing is wrong, what is missing is named; 2 something is there and cannot be used."
+)]
+pub(crate) struct DoctorArgs {
+    /// Print JSON: a list of name, state (ok, missing, wrong), found, remedy
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct ViewArgs {
     /// Run folder
     pub(crate) run: PathBuf,

@@ -31,7 +31,8 @@ pub(crate) enum Command {
     /// Create a scene from NC programs: values read from their text, proposed values with the reason, and
     /// your answers
     New(NewArgs),
-    /// Convert a tool library (Fusion 360, LinuxCNC, CAMotics, CSV, G10 offsets) to a Proveout library
+    /// Convert a tool library (Fusion 360, LinuxCNC, CAMotics, CSV, G10 offsets, ISO 13399, DIN 4000,
+    /// hyperMILL, SolidCAM) to a Proveout library
     Tools(ToolsArgs),
     /// Create a draft machine from a LinuxCNC INI file or a URDF file; values missing there are marked as
     /// chosen
@@ -76,6 +77,8 @@ pub(crate) enum Command {
     Verify(VerifyArgs),
     /// Sign the manifest of a run folder, so that `verify` can confirm who signed it
     Sign(SignArgs),
+    /// Show what this machine has of what the program uses, one line each with the remedy
+    Doctor(DoctorArgs),
     /// Write the completion script of a shell to a file
     Completions(CompletionsArgs),
     /// Write the manual pages of all commands to a folder

@@ -42,7 +42,7 @@ pub(crate) struct NewArgs {
     /// bar X0,Y,Z,DIAMETER,LENGTH along X; a mesh file; or `proposed`
     #[arg(long, value_name = "STOCK", allow_hyphen_values = true)]
     pub(crate) stock: Option<String>,
-    /// Design of the part: a closed mesh in program coordinates (STL, OBJ, glTF)
+    /// Design of the part in program coordinates: a closed mesh (STL, OBJ, glTF) or a STEP file
     #[arg(long, value_name = "FILE")]
     pub(crate) design: Option<PathBuf>,
     /// Tool library: Proveout .toml, Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, or a program with G10
@@ -66,7 +66,8 @@ pub(crate) struct NewArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct ToolsArgs {
-    /// Tool library: Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, or a program with offsets (G10 L10)
+    /// Tool library: Fusion 360 .json, LinuxCNC .tbl, CAMotics, .csv, ISO 13399 .p21, DIN 4000, hyperMILL or
+    /// SolidCAM .xml, or a program with offsets (G10 L10)
     pub(crate) file: PathBuf,
     /// Library to write
     #[arg(long, value_name = "FILE")]

@@ -239,6 +239,8 @@ fn check_control(path: &Path) -> Result<CheckReport, Failure> {
 fn check_scene(path: &Path) -> Result<CheckReport, Failure> {
     let scene = Scene::read(path).map_err(|e| as_failure(e.into()))?;
     let mut found = CheckReport::default();
+    // Its STEP files are read once for all programs.
+    let call = Choice::default();
     for program in &scene.file.program {
         if program.file.is_none() && program.reschedule.is_none() {
             found.programs.push(ProgramReport {
@@ -251,7 +253,7 @@ fn check_scene(path: &Path) -> Result<CheckReport, Failure> {
             ToolLibrary::read(&scene.resolve(&scene.file.tools)).map_err(|e| as_failure(e.into()))?;
             continue;
         }
-        let choice = Choice { program: Some(program.name.clone()), ..Choice::default() };
+        let choice = Choice { program: Some(program.name.clone()), ..call.clone() };
         let prepared = Prepared::read(path, &choice).map_err(as_failure)?;
         let mut own = check_program(&prepared.survey)?;
         own.notes.splice(0..0, prepared.control_note.iter().map(|note| format!("note: {note}")));

@@ -32,7 +32,8 @@ pub(crate) fn job(args: &JobArgs) -> Result<State, Failure> {
     check_viewer(args.rerun)?;
     let failure = |e: SimError| Failure::from(&e);
     let job = Job::read(&args.job).map_err(|e| failure(e.into()))?;
-    pool.install(|| job.check()).map_err(failure)?;
+    let call = Choice::default();
+    pool.install(|| job.check(&call.step_files)).map_err(failure)?;
     let place = args.output.clone().unwrap_or_else(|| PathBuf::from("out").join(format!("{}-job", job.name)));
     let folder = RunFolder::create(&place).map_err(|e| failure(SimError::Folder(e)))?;
     let whole = folder.path().canonicalize().map_err(|e| failure(SimError::Folder(e)))?;
@@ -51,7 +52,7 @@ pub(crate) fn job(args: &JobArgs) -> Result<State, Failure> {
             program: setup.program.clone(),
             recorded: if matches!(args.rerun, RerunArg::Off) { Recorded::Folder } else { Recorded::Recording },
             stock,
-            ..Choice::default()
+            ..call.clone()
         };
         let prepared = pool.install(|| Prepared::read(&setup.scene, &choice)).map_err(failure)?;
         for line in causes(&preflight(&prepared).into_iter().filter(|c| !c.note).collect::<Vec<_>>()) {

@@ -5,6 +5,7 @@ pub(crate) mod blade;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod diff;
+pub(crate) mod doctor;
 pub(crate) mod feeds;
 pub(crate) mod install;
 pub(crate) mod job;

@@ -45,6 +45,7 @@ pub(crate) fn new(args: &NewArgs) -> Result<(), Failure> {
         unit: args.unit.map(unit),
         answers,
         output: output.clone(),
+        step_files: Default::default(),
     };
     let terminal = !args.json && io::stdin().is_terminal() && io::stderr().is_terminal();
     let mut dialogue = Dialogue::new(io::stdin().lock(), io::stderr());

@@ -68,6 +68,9 @@ const NOISE: &[(&str, &str)] = &[
     (r"collision: [0-9.]+ % of .* to the stock", "collision: [counts]"),
     (r"total [0-9.]+ of", "total [n] of"),
     (r"[0-9.]+ MiB", "[n] MiB"),
+    // What the machine has.
+    (r"(?m)^(ok {7}|missing {2}|wrong {4})([a-z]+): .*$", "[state] $2: [found]"),
+    (r#""(state|found|remedy)": "[^\n]*""#, "\"$1\": [host]"),
     // The folder of the sandbox.
     (r"(?m)^/\S+/part: ", "[sandbox]/part: "),
     // Where the project lies, as seen from a scene in the sandbox.

@@ -42,7 +42,7 @@ impl Shown {
     pub(crate) fn can_be_typed(&self) -> bool {
         let Some(words) = self.of_product() else { return false };
         match words.first().map(String::as_str) {
-            Some("help" | "--help" | "--version") => true,
+            Some("help" | "--help" | "--version" | "doctor") => true,
             _ => words.get(1).is_some_and(|w| !w.starts_with("--") || w == "--profile" || w == "--list-machines"),
         }
     }

@@ -125,7 +125,10 @@ pub(crate) fn sandbox() -> TempDir {
     write("key.pem", PRIVATE_KEY);
     write("public.pem", PUBLIC_KEY);
     // In place of the viewer.
-    write("bin/rerun", "#!/bin/sh\necho \"the viewer opens $1\"\n");
+    write(
+        "bin/rerun",
+        "#!/bin/sh\nif [ \"$1\" = --version ]; then echo \"rerun-cli 0.36.3\"; else echo \"the viewer opens $1\"; fi\n",
+    );
     fs::set_permissions(to.join("bin/rerun"), fs::Permissions::from_mode(0o755)).expect("executable");
     for name in [
         "cone-frustum",

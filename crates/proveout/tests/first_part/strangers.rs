@@ -216,8 +216,8 @@ fn designs_that_are_none_are_refused_with_the_way_out() {
         format!("new plate.nc --machine three-axis-mill --answers answers.toml --design {design} --output plate")
     };
     for (name, text, words) in [
-        ("part.step", "ISO-10303-21;\nHEADER;\n".to_owned(), &["a STEP file, which is not read", "as STL"][..]),
-        ("named.stl", "ISO-10303-21;\nHEADER;\n".to_owned(), &["a STEP file, which is not read"]),
+        ("part.step", "ISO-10303-21;\nHEADER;\n".to_owned(), &["no END-ISO-10303-21", "the file is not whole"][..]),
+        ("named.stl", "ISO-10303-21;\nHEADER;\n".to_owned(), &["a STEP file by its content", "end in .step"]),
         ("empty.stl", String::new(), &["empty.stl", "export it again"]),
         ("meter.stl", cube(0.1), &["look like meters", "export it in millimeters"]),
         ("large.stl", cube(900.0), &["look ten times too large"]),

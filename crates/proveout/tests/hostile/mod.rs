@@ -14,4 +14,4 @@ mod mutation;
 mod one_reader;
 mod same_bytes;
 mod sizes;
-mod workshop;
+pub(crate) mod workshop;

@@ -23,6 +23,7 @@
 use std::path::{Path, PathBuf};
 
 use proveout_input::{Document, InputError, nearest, read_input};
+use proveout_step::StepFiles;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_spanned::Spanned;
@@ -173,14 +174,15 @@ impl Job {
     }
 
     /// Reads everything that the setups name, programs to their end, with a stand-in for the stock
-    /// that does not exist yet.
+    /// that does not exist yet. STEP files are read into those of the call.
     ///
     /// # Errors
     /// The first fault of a setup, as its run would report it.
-    pub fn check(&self) -> Result<(), SimError> {
+    pub fn check(&self, step_files: &StepFiles) -> Result<(), SimError> {
+        let call = Choice { step_files: step_files.clone(), ..Choice::default() };
         for setup in &self.setups {
             let stock = if setup.after.is_some() { StockChoice::StandIn } else { StockChoice::OfScene };
-            Prepared::read(&setup.scene, &Choice { program: setup.program.clone(), stock, ..Choice::default() })?;
+            Prepared::read(&setup.scene, &Choice { program: setup.program.clone(), stock, ..call.clone() })?;
         }
         Ok(())
     }

@@ -32,6 +32,7 @@
 //! | check | findings |
 //! |---|---|
 //! | `flat_meshes.rs` | `setup-mesh-flat` |
+//! | `step_files.rs` | `setup-step-read`, `setup-step-coarse` |
 //! | `stock_at_rest.rs` | `collision-stock-at-rest` |
 //! | `plunge.rs` | `process-plunge` |
 //! | `tool_in_material.rs` | asks the next three, sweep by sweep |
@@ -75,6 +76,7 @@ mod leg_limits;
 mod neck_and_shank;
 mod no_tool;
 mod plunge;
+mod step_files;
 mod stock_at_rest;
 mod stock_hits;
 mod tap_pitch;
@@ -93,6 +95,7 @@ impl CheckList {
     pub(crate) fn new(at_rest: Vec<AtRest>) -> Self {
         Self(vec![
             Box::new(flat_meshes::FlatMeshes::default()),
+            Box::new(step_files::StepInputs::default()),
             Box::new(stock_at_rest::StockAtRest::new(at_rest)),
             Box::new(plunge::Plunge::default()),
             Box::new(tool_in_material::ToolInMaterial::default()),

@@ -58,6 +58,7 @@ use std::{
 
 use proveout_controller::ReprogrammedRun;
 use proveout_input::Step::Key;
+use proveout_step::StepFiles;
 use rayon::prelude::*;
 
 use self::{
@@ -212,8 +213,10 @@ impl Comparing {
             return Err(scene.error_at(&[Key("program")], message, help).into());
         };
         choices::check(&scene)?;
+        let step_files = StepFiles::default();
         let read = |name: &String| -> Result<Entry, SimError> {
             let choice = Choice {
+                step_files: step_files.clone(),
                 program: Some(name.clone()),
                 nc: None,
                 resolution_mm: choice.resolution_mm,

@@ -3,14 +3,15 @@
 use std::{
     fmt,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use proveout_geom::{FlatTriangles, MeshFileError, TriMesh, read_mesh_and_flat};
 use proveout_input::InputError;
-use serde_spanned::Spanned;
+use proveout_step::{StepFiles, StepMesh, is_step};
 
 use crate::{
-    scene::{Scene, mesh_unit::MeshUnitFile},
+    scene::{Scene, step_file::NamedMesh},
     verdict::{
         finding::{FLAT_TRIANGLES, Finding},
         log::FindingLog,
@@ -22,6 +23,21 @@ use crate::{
 pub(crate) struct Inputs {
     files: Vec<(String, PathBuf)>,
     flat: Vec<FlatMesh>,
+    step: Vec<StepInput>,
+    step_files: StepFiles,
+}
+
+/// A STEP file of a scene, as it was read.
+#[derive(Clone, Debug)]
+pub(crate) struct StepInput {
+    /// What it is to the scene.
+    pub(crate) role: MeshRole,
+    /// Its path, as the scene writes it.
+    pub(crate) path: PathBuf,
+    /// The scene states no chord error.
+    pub(crate) is_assumed: bool,
+    /// The mesh of its solids.
+    pub(crate) mesh: Arc<StepMesh>,
 }
 
 /// What a mesh file of a scene is.
@@ -37,7 +53,7 @@ pub(crate) enum MeshRole {
 
 impl MeshRole {
     /// Name of the body in findings.
-    fn body(&self) -> &str {
+    pub(crate) fn body(&self) -> &str {
         match self {
             Self::Part => "part",
             Self::Stock => "stock",
@@ -63,7 +79,21 @@ pub(crate) struct FlatMesh {
     flat: FlatTriangles,
 }
 
+/// What was noticed in files.
+#[derive(Debug, Default)]
+pub(crate) struct Noticed {
+    /// Meshes with triangles that have no area.
+    pub(crate) flat_meshes: Vec<FlatMesh>,
+    /// STEP files.
+    pub(crate) step_files: Vec<StepInput>,
+}
+
 impl Inputs {
+    /// None yet; STEP files are read with those of the command.
+    pub(crate) fn new(step_files: StepFiles) -> Self {
+        Self { step_files, ..Self::default() }
+    }
+
     /// A file that is read elsewhere.
     pub(crate) fn push(&mut self, role: impl Into<String>, path: PathBuf) {
         self.files.push((role.into(), path));
@@ -77,35 +107,61 @@ impl Inputs {
         &mut self,
         scene: &Scene,
         role: MeshRole,
-        named: &Spanned<PathBuf>,
-        unit: Option<MeshUnitFile>,
+        mesh: NamedMesh<'_>,
     ) -> Result<(TriMesh, PathBuf), InputError> {
+        let named = mesh.file;
         let path = scene.resolve(named.get_ref());
-        let (mut mesh, flat) = read_mesh_and_flat(&path).map_err(|e| {
+        if is_step(&path) {
+            return self.step(scene, role, mesh, path);
+        }
+        let (mut solid, flat) = read_mesh_and_flat(&path).map_err(|e| {
             let help = match &e {
                 MeshFileError::Open { .. } => "correct the path of `mesh`, or put the file there",
-                MeshFileError::UnknownFormat { .. } => "export it as STL, OBJ or glTF",
+                MeshFileError::UnknownFormat { .. } => "export it as STL, OBJ, glTF or STEP",
                 MeshFileError::Content { .. } => "export it again",
             };
             scene.fault(named.span().start, format!("{role}: {e}"), help)
         })?;
-        if let Some(FlatTriangles { all, .. }) = flat.filter(|_| mesh.triangles.is_empty()) {
+        if let Some(FlatTriangles { all, .. }) = flat.filter(|_| solid.triangles.is_empty()) {
             let which = if all == 1 { "the only triangle" } else { &format!("each of the {all} triangles") };
             let message = format!("{role}: {which} of {} has no area", path.display());
             let help = "export it again: corners that became one point mean a unit or a tolerance that is too coarse";
             return Err(scene.fault(named.span().start, message, help));
         }
-        if let Some(unit) = unit {
-            unit.convert(&mut mesh);
+        if let Some(unit) = mesh.unit {
+            unit.convert(&mut solid);
         }
         self.flat.extend(flat.map(|flat| FlatMesh { role: role.clone(), path: named.get_ref().clone(), flat }));
         self.files.push((role.to_string(), path.clone()));
-        Ok((mesh, path))
+        Ok((solid, path))
     }
 
-    /// Files by role, and meshes with triangles that have no area.
-    pub(crate) fn into_parts(self) -> (Vec<(String, PathBuf)>, Vec<FlatMesh>) {
-        (self.files, self.flat)
+    fn step(
+        &mut self,
+        scene: &Scene,
+        role: MeshRole,
+        mesh: NamedMesh<'_>,
+        path: PathBuf,
+    ) -> Result<(TriMesh, PathBuf), InputError> {
+        let read = self
+            .step_files
+            .read(&path, mesh.asked_um())
+            .map_err(|e| scene.fault(mesh.file.span().start, format!("{role}: {e}"), e.help()))?;
+        self.files.push((role.to_string(), path.clone()));
+        let solids = read.mesh.clone();
+        let (named, is_assumed) = (mesh.file.get_ref().clone(), mesh.chord_um.is_none());
+        self.step.push(StepInput { role, path: named, is_assumed, mesh: read });
+        Ok((solids, path))
+    }
+
+    /// Chord error of the design, mm, where it is a STEP file that was read.
+    pub(crate) fn chord_error_of_part(&self) -> Option<f64> {
+        self.step.iter().find(|s| s.role == MeshRole::Part).map(|s| s.mesh.chord_error_mm())
+    }
+
+    /// Files by role, and what was noticed in them.
+    pub(crate) fn into_parts(self) -> (Vec<(String, PathBuf)>, Noticed) {
+        (self.files, Noticed { flat_meshes: self.flat, step_files: self.step })
     }
 }
 
@@ -134,6 +190,6 @@ impl FlatMesh {
 }
 
 /// A path as the scene writes it.
-fn shown(path: &Path) -> String {
+pub(crate) fn shown(path: &Path) -> String {
     path.display().to_string().replace('\\', "/")
 }

@@ -9,6 +9,7 @@ use proveout_stock::{Patch, TriDexel};
 
 use crate::{
     cut::{engine::Facts, kept_motion::Swept},
+    evidence::inputs::MeshRole,
     judge::{
         gouge_findings::{films_in_words, judge_areas, tell_films, tell_threads, threads_in_words},
         probe_inspection, scallop, scallop_limits,
@@ -278,8 +279,13 @@ fn limit_in_words(word: &str, tolerance: f64, used: f64) -> String {
 }
 
 /// A design that is known less well than the tolerance asks.
-fn too_coarse(word: &str, tolerance: f64, deviation: &Deviation) -> Option<String> {
+fn too_coarse(prepared: &Prepared, word: &str, tolerance: f64, deviation: &Deviation) -> Option<String> {
     let error = deviation.design_error_mm.filter(|e| *e > tolerance)?;
+    if prepared.step_files.iter().any(|s| s.role == MeshRole::Part) {
+        return Some(format!(
+            "the mesh of the STEP file is accurate to {error:.5} mm as measured, and the tolerance of {word} is {tolerance} mm: ask for a finer one with `chord_um`"
+        ));
+    }
     Some(format!(
         "the design mesh is accurate to {error} mm (`chord_error_mm`), and the tolerance of {word} is {tolerance} mm: state the true largest distance of the mesh from the drawing, or export a finer mesh"
     ))
@@ -430,7 +436,7 @@ fn judge_gates(
                 ));
                 checked.extend(m.between[side].checked.clone());
                 left_out.extend(m.between[side].left_out.clone());
-                left_out.extend(too_coarse(word, limit, &m.deviation));
+                left_out.extend(too_coarse(prepared, word, limit, &m.deviation));
                 if excess && !m.films.is_empty() {
                     checked.push(format!("not counted: {}", films_in_words(m)));
                 }

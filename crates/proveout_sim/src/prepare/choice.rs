@@ -2,6 +2,8 @@
 
 use std::{collections::BTreeMap, path::PathBuf};
 
+use proveout_step::StepFiles;
+
 use crate::{
     prepare::{
         memory::Recorded,
@@ -56,6 +58,8 @@ pub struct Choice {
     pub stop_at: Option<StopAt>,
     /// Values that override those in the files of scene, machine and tools.
     pub set: Vec<SetValue>,
+    /// STEP files that the call has read already. Clones share them, so that the helper runs once for each.
+    pub step_files: StepFiles,
 }
 
 /// Replaces the scene's stock by that of the call.

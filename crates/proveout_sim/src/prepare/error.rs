@@ -7,6 +7,7 @@ use proveout_controller::{ControlError, RunError};
 use proveout_geom::{MeshError, MeshFileError};
 use proveout_input::InputError;
 use proveout_nc::{ControlFileError, Diagnostic, Diagnostics, post::PostError};
+use proveout_step::StepError;
 use proveout_stock::StockError;
 use thiserror::Error;
 
@@ -30,6 +31,9 @@ pub enum SimError {
     /// Mesh file that is given to a command and cannot be read.
     #[error(transparent)]
     MeshFile(#[from] MeshFileError),
+    /// STEP file that is given to a command and cannot be read.
+    #[error(transparent)]
+    Step(#[from] StepError),
     /// Mesh that bounds no solid.
     #[error("{}: {source}", path.display())]
     Mesh {

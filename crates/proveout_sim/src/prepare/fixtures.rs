@@ -52,10 +52,10 @@ fn fixture_mesh(
     table_from_work: &Pose,
     inputs: &mut Inputs,
 ) -> Result<TriMesh, SimError> {
-    let mesh = match (&fixture.mesh, fixture.block, fixture.cylinder) {
+    let mesh = match (fixture.named_mesh(), fixture.block, fixture.cylinder) {
         (None, None, None) => fixture.kind.map(|kind| fixture_bodies::mesh(fixture, kind)).unwrap_or_default(),
-        (Some(path), None, None) => {
-            let (mesh, path) = inputs.mesh(scene, MeshRole::Fixture(fixture.name.clone()), path, fixture.mesh_unit)?;
+        (Some(named), None, None) => {
+            let (mesh, path) = inputs.mesh(scene, MeshRole::Fixture(fixture.name.clone()), named)?;
             surface(mesh, path)?
         }
         (None, Some(b), None) => box_mesh(&b.aabb()),

@@ -212,7 +212,7 @@ impl Motions {
 }
 
 /// Memory that a run may take, bytes.
-pub(crate) const MEMORY: u64 = 4 << 30;
+pub const MEMORY: u64 = 4 << 30;
 
 /// Pieces that are kept at most: 256 MB, which are announced by the lines of the program.
 pub(crate) const MOST_PIECES: usize = 1_000_000;

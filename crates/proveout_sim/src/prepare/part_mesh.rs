@@ -13,12 +13,13 @@ use crate::{
     scene::Scene,
 };
 
-/// The mesh of the design, and how far it lies from a closed form as measured, mm.
+/// The mesh of the design, and how far it lies from a closed form or the surfaces of a STEP file as measured,
+/// mm.
 pub(crate) fn part_mesh(scene: &Scene, inputs: &mut Inputs) -> Result<Option<(TriMesh, Option<f64>)>, SimError> {
     let Some(part) = &scene.file.part else { return Ok(None) };
-    if let Some(path) = &part.mesh {
-        let (mesh, path) = inputs.mesh(scene, MeshRole::Part, path, part.mesh_unit)?;
-        return Ok(Some((solid(mesh, path)?, None)));
+    if let Some(named) = part.named_mesh() {
+        let (mesh, path) = inputs.mesh(scene, MeshRole::Part, named)?;
+        return Ok(Some((solid(mesh, path)?, inputs.chord_error_of_part())));
     }
     match &part.blade {
         Some(blade) => {

@@ -13,7 +13,10 @@ use proveout_nc::{Program, Settings as NcSettings, Survey};
 use proveout_tool::{Profile, ToolLibrary};
 
 use crate::{
-    evidence::{digest, inputs::FlatMesh},
+    evidence::{
+        digest,
+        inputs::{FlatMesh, StepInput},
+    },
     observe::schedule_rows::Schedule,
     prepare::{
         choice::Choice, error::SimError, made_program::MadeProgram, memory::Memory, part_on_table::PartOnTable,
@@ -67,8 +70,8 @@ pub struct Prepared {
     pub memory: Memory,
     /// Design mesh, workpiece frame.
     pub part_mesh: Option<TriMesh>,
-    /// Largest distance of that mesh from the closed form of its blade, mm, where it was measured as the mesh
-    /// was made.
+    /// Largest distance of that mesh from the closed form of its blade, or from the surfaces of its STEP file,
+    /// mm, where it was measured as the mesh was made.
     pub part_mesh_error: Option<f64>,
     /// Places of `[surface]`, where the scene has them.
     pub(crate) texture: Option<Plan>,
@@ -96,6 +99,8 @@ pub struct Prepared {
     pub inputs: Vec<digest::InputFile>,
     /// Meshes of which some triangles have no area.
     pub(crate) flat_meshes: Vec<FlatMesh>,
+    /// STEP files, with the chord errors that were measured.
+    pub(crate) step_files: Vec<StepInput>,
     /// Program files as findings and tables name them, from the folder of the scene, by the names under which
     /// they were opened: a verdict does not depend on where the run was started.
     pub shown: BTreeMap<String, Arc<str>>,

@@ -242,10 +242,10 @@ fn formed(scene: &Scene, file: &StockFile, limit_bytes: u64, inputs: &mut Inputs
     if let (Some(allowance), Some(blade)) = (file.blade_allowance_mm, blade) {
         return Ok(RawBody::mesh(Shape::of_scene(scene, blade, allowance)?.mesh(scene, blade.chord_error_mm)?.0)?);
     }
-    let Some(named) = &file.mesh else {
+    let Some(named) = file.named_mesh() else {
         return Err(StockError::Degenerate { what: "its shape is missing".into() }.into());
     };
-    let (mesh, path) = inputs.mesh(scene, MeshRole::Stock, named, file.mesh_unit)?;
+    let (mesh, path) = inputs.mesh(scene, MeshRole::Stock, named)?;
     if file.repair {
         return RawBody::repaired_mesh(&mesh).map_err(|e| match e {
             StockError::Mesh(source) => SimError::Mesh { path, source },

@@ -11,7 +11,11 @@ use proveout_input::{InputError, read_input};
 use proveout_nc::{Look, Op, ProgramText, Survey, TouchList};
 
 use crate::{
-    evidence::{digest, inputs::Inputs, manifest},
+    evidence::{
+        digest,
+        inputs::{Inputs, Noticed},
+        manifest,
+    },
     prepare::{
         choice::{Choice, StockChoice, calls_of_other_readings, choose_stock},
         control_file::control_of,
@@ -91,7 +95,7 @@ impl Prepared {
         check_start_tool(&scene, &tools)?;
         let machine_file = if machine_path.is_dir() { machine_path.join("machine.toml") } else { machine_path };
         let mut digests = BTreeMap::new();
-        let mut inputs = Inputs::default();
+        let mut inputs = Inputs::new(choice.step_files.clone());
         inputs.extend([
             ("scene".to_owned(), scene.path.clone()),
             ("machine".to_owned(), machine_file.clone()),
@@ -124,7 +128,7 @@ impl Prepared {
         let part_mesh_error = part_mesh_error.flatten();
         fixtures::check_names(&scene, &machine)?;
         let fixtures = fixture_meshes(&scene, &table_from_work, &mut inputs)?;
-        let texture = Plan::new(&scene, part_mesh.as_ref(), &tools)?;
+        let texture = Plan::new(&scene, part_mesh.as_ref(), part_mesh_error, &tools)?;
         let lines = ProgramText::open(&program_path)?.lines() as u64;
         let demand = Demand {
             lines,
@@ -149,7 +153,7 @@ impl Prepared {
             .map(|(to, n)| (n, Arc::from(to)))
             .collect();
         let mut input_files = Vec::new();
-        let (inputs, flat_meshes) = inputs.into_parts();
+        let (inputs, Noticed { flat_meshes, step_files }) = inputs.into_parts();
         for (role, path) in inputs {
             let file = digest::of_input(&role, &path)?;
             digests.insert(role, file.sha256.clone());
@@ -225,6 +229,7 @@ impl Prepared {
             digests,
             inputs: input_files,
             flat_meshes,
+            step_files,
             shown,
             scene,
             survey,
@@ -251,8 +256,9 @@ impl Prepared {
     /// A mesh that cannot be read or bounds no solid, numbers that make no blade.
     pub fn part_on_table(scene: &Scene, entry: Option<&ProgramFile>) -> Result<PartOnTable, SimError> {
         let table_from_work = entry.and_then(|e| e.mount).unwrap_or(scene.file.mount).table_from_work();
-        let part = part_mesh(scene, &mut Inputs::default())?.map(|(mesh, _)| mesh);
-        let fixtures = fixture_meshes(scene, &table_from_work, &mut Inputs::default())?;
+        let mut inputs = Inputs::default();
+        let part = part_mesh(scene, &mut inputs)?.map(|(mesh, _)| mesh);
+        let fixtures = fixture_meshes(scene, &table_from_work, &mut inputs)?;
         Ok(PartOnTable::new(scene, &table_from_work, part.as_ref(), &fixtures)?)
     }
 }

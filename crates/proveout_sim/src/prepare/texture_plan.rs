@@ -63,6 +63,7 @@ impl Plan {
     pub(crate) fn new(
         scene: &Scene,
         part_mesh: Option<&TriMesh>,
+        part_mesh_error: Option<f64>,
         tools: &ToolLibrary,
     ) -> Result<Option<Self>, SimError> {
         let Some(surface) = &scene.file.surface else { return Ok(None) };
@@ -77,7 +78,7 @@ impl Plan {
                     .into());
             }
         }
-        let (ground, chord_error) = ground(scene, part_mesh)?;
+        let (ground, chord_error) = ground(scene, part_mesh, part_mesh_error)?;
         let mut plan =
             Self { ground, entries: Vec::new(), class: surface.class.unwrap_or(SettingClass::Sc3), chord_error };
         for spanned in &surface.patch {
@@ -166,7 +167,7 @@ pub(crate) fn next_class(class: SettingClass) -> Option<SettingClass> {
 }
 
 /// What the places lie on, and its error, mm.
-fn ground(scene: &Scene, part_mesh: Option<&TriMesh>) -> Result<(Ground, f64), SimError> {
+fn ground(scene: &Scene, part_mesh: Option<&TriMesh>, part_mesh_error: Option<f64>) -> Result<(Ground, f64), SimError> {
     let Some(part) = &scene.file.part else { return Ok((Ground::None, 0.0)) };
     if let Some(cone) = &part.cone_frustum {
         let design: Arc<dyn DesignSurface + Send> = Arc::new(flank(cone).0);
@@ -185,7 +186,7 @@ fn ground(scene: &Scene, part_mesh: Option<&TriMesh>) -> Result<(Ground, f64), S
     let Some(mesh) = part_mesh else { return Ok((Ground::None, 0.0)) };
     let tree =
         DesignMesh::new(mesh).map_err(|e| scene.error_at(&[Key("part")], format!("[part]: {e}"), "mend the mesh"))?;
-    Ok((Ground::Design(Arc::new(tree)), part.chord_error_mm))
+    Ok((Ground::Design(Arc::new(tree)), part_mesh_error.unwrap_or(part.chord_error_mm)))
 }
 
 /// A ball round everything that is asked for at a place.

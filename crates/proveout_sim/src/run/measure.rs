@@ -8,6 +8,7 @@ use std::{
 
 use proveout_geom::{Point, Vector, read_mesh};
 use proveout_input::{InputError, open_regular_file};
+use proveout_step::{DEFAULT_CHORD_UM, StepFiles, is_step};
 use proveout_stock::{Outline, Probe, TriDexel};
 use serde::Serialize;
 
@@ -23,7 +24,7 @@ const SHORTEST: f64 = 1e-9;
 pub struct Questions {
     /// Run folder, or a stock file.
     pub stock: PathBuf,
-    /// Closed mesh that is measured too.
+    /// Closed mesh or STEP file that is measured too.
     pub design: Option<PathBuf>,
     /// Plane across an axis (0 x, 1 y, 2 z) at a coordinate.
     pub section: Option<(usize, f64)>,
@@ -42,6 +43,9 @@ pub struct Answers {
     pub cells_mm: [f64; 3],
     /// Largest error of the swept surface on its rays, mm.
     pub sweep_bound_mm: f64,
+    /// Of a design from a STEP file: largest distance of its mesh from the surfaces, as measured, mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub design_chord_error_mm: Option<f64>,
     /// The section.
     pub section: Option<Section>,
     /// In the order of the questions.
@@ -135,7 +139,7 @@ pub fn measure(questions: &Questions) -> Result<Answers, SimError> {
         return Err(refuse("no material is left in it".into(), "measure an earlier stock"));
     }
     let probe = Probe::new(&stock);
-    let design = questions.design.as_deref().map(design_probe).transpose()?;
+    let (design, design_chord_error) = questions.design.as_deref().map(design_probe).transpose()?.unzip();
     let section = questions.section.map(|(axis, at)| section(&probe, design.as_ref(), axis, at)).transpose();
     let section = section.map_err(|(message, help)| refuse(message, &help))?;
     let distance = |place: &[f64; 3]| {
@@ -165,6 +169,7 @@ pub fn measure(questions: &Questions) -> Result<Answers, SimError> {
         stock: path.display().to_string(),
         cells_mm: stock.cells_mm(),
         sweep_bound_mm: stock.sweep_bound_mm(),
+        design_chord_error_mm: design_chord_error.flatten(),
         section,
         distances: questions.distances.iter().filter_map(distance).collect(),
         walls: questions.walls.iter().map(wall).collect(),
@@ -180,10 +185,17 @@ fn load(path: &Path) -> Result<TriDexel, SimError> {
         .map_err(|e| InputError::file(path, e.to_string(), "run the scene again").into())
 }
 
-fn design_probe(path: &Path) -> Result<Probe, SimError> {
-    let mesh = solid(read_mesh(path)?, path.to_owned())?;
+/// The design, with the chord error of a STEP file, mm.
+fn design_probe(path: &Path) -> Result<(Probe, Option<f64>), SimError> {
+    let (mesh, error) = if is_step(path) {
+        let step = StepFiles::default().read(path, DEFAULT_CHORD_UM)?;
+        (step.mesh.clone(), Some(step.chord_error_mm()))
+    } else {
+        (read_mesh(path)?, None)
+    };
+    let mesh = solid(mesh, path.to_owned())?;
     let cell = mesh.aabb().size().max() / DESIGN_CELLS;
-    Ok(Probe::of_mesh(mesh, cell))
+    Ok((Probe::of_mesh(mesh, cell), error))
 }
 
 fn section(probe: &Probe, design: Option<&Probe>, axis: usize, at: f64) -> Result<Section, (String, String)> {

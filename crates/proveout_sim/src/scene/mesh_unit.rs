@@ -14,11 +14,12 @@
 //!    stock      below 1 mm; far smaller than the cuts in feed, and as large as they are in another unit
 //! ```
 //!
-//! A stated unit also converts the mesh.
+//! A stated unit also converts the mesh. A STEP file states its own.
 
 use proveout_geom::{Aabb, Point, Pose, TriMesh};
 use proveout_input::InputError;
 use proveout_machine::Machine;
+use proveout_step::is_step;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
@@ -235,6 +236,9 @@ pub(crate) fn check_fixtures(
     let stock = of_pose(stock, table_from_work);
     for (file, (name, mesh)) in scene.file.fixture.iter().zip(fixtures) {
         let (Some(named), None) = (&file.mesh, file.mesh_unit) else { continue };
+        if is_step(named.get_ref()) {
+            continue;
+        }
         let own = mesh.aabb();
         if let Some((what, unit)) = doubt_of_fixture(&own, &stock) {
             return Err(refused(scene, named, &format!("fixture {name:?}"), &own, &what, unit));
@@ -253,7 +257,7 @@ pub(crate) fn check_design(scene: &Scene, mesh: Option<&TriMesh>, stock: &Aabb) 
     let own = mesh.aabb();
     let Some((what, by_unit, unit)) = doubt_of_design(&own, stock) else { return Ok(()) };
     if by_unit {
-        if part.mesh_unit.is_some() || part.judged_box.is_some() {
+        if part.mesh_unit.is_some() || part.judged_box.is_some() || is_step(named.get_ref()) {
             return Ok(());
         }
         return Err(refused(scene, named, "part", &own, &what, unit));
@@ -307,7 +311,7 @@ pub(crate) fn check_machine(machine: &Machine, file: &Path) -> Result<(), InputE
 /// Whether the stock of a scene is a mesh without a stated unit.
 pub(crate) fn is_stock_in_doubt(scene: &Scene) -> bool {
     let file = scene.file.stock.get_ref();
-    file.mesh.is_some() && file.mesh_unit.is_none()
+    file.mesh.as_ref().is_some_and(|named| !is_step(named.get_ref())) && file.mesh_unit.is_none()
 }
 
 /// Box round a box in another frame.

@@ -45,6 +45,7 @@ pub(crate) mod program;
 pub(crate) mod reschedule;
 pub(crate) mod run_limits;
 pub(crate) mod setup;
+pub(crate) mod step_file;
 pub(crate) mod stock;
 pub(crate) mod surface;
 pub(crate) mod tolerance;

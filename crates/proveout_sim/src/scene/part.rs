@@ -8,7 +8,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
-use crate::scene::{BladeFile, BoxFile, mesh_unit::MeshUnitFile, place::offset_of};
+use crate::scene::{
+    BladeFile, BoxFile,
+    mesh_unit::MeshUnitFile,
+    place::offset_of,
+    step_file::{self, NamedMesh, is_step_file},
+};
 
 /// Chord errors of a blade's mesh that are taken, mm: finer ones make too many triangles, coarser ones no
 /// shape.
@@ -20,13 +25,16 @@ const SHORTEST: f64 = 1e-9;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PartFile {
-    /// Watertight mesh file in the workpiece frame, mm.
+    /// Watertight mesh file in the workpiece frame, mm, or a STEP file.
     #[schemars(with = "Option<PathBuf>")]
     pub mesh: Option<Spanned<PathBuf>>,
     /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`.
     /// Millimeters when left out; a design that cannot be cut from the stock is refused then. Say `mm` where
     /// the size is meant.
     pub mesh_unit: Option<MeshUnitFile>,
+    /// Of a STEP file: largest distance of its mesh from the exact surfaces that is asked for, micrometers;
+    /// 5 when left out, which is reported as assumed. The distance that is measured counts.
+    pub chord_um: Option<f64>,
     /// Largest distance of the mesh from the true design, mm: deviations below it are not judged.
     #[serde(default)]
     pub chord_error_mm: f64,
@@ -38,6 +46,14 @@ pub struct PartFile {
     pub sections: Option<PathBuf>,
     /// Only surface points in this box are judged, workpiece frame; everywhere when left out.
     pub judged_box: Option<BoxFile>,
+}
+
+impl PartFile {
+    /// Its mesh, where it has one.
+    pub(crate) fn named_mesh(&self) -> Option<NamedMesh<'_>> {
+        let (unit, chord_um) = (self.mesh_unit, self.chord_um);
+        self.mesh.as_ref().map(|file| NamedMesh { file, unit, chord_um })
+    }
 }
 
 /// Lateral face of a circular cone frustum; only surface points on it are judged.
@@ -74,6 +90,16 @@ pub(crate) fn check(path: &Path, text: &str, part: &PartFile) -> Result<(), Inpu
     }
     if part.mesh_unit.is_some() && part.mesh.is_none() {
         return fault("`mesh_unit` belongs to `mesh`", "leave it out, or give `mesh`");
+    }
+    if let Some((key, message, help)) = step_file::fault(part.mesh.as_ref(), part.mesh_unit, part.chord_um) {
+        return at_key(&[Key(key)], &message, &help);
+    }
+    if is_step_file(part.mesh.as_ref()) && part.chord_error_mm != 0.0 {
+        return at_key(
+            &[Key("chord_error_mm")],
+            "the chord error of a STEP file is measured: `chord_error_mm` has no effect on it",
+            "leave it out; `chord_um` asks for a finer mesh",
+        );
     }
     if let Some(b) = part.judged_box
         && !(0..3).all(|i| b.min_mm[i] < b.max_mm[i])

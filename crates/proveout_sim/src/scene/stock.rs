@@ -8,7 +8,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use serde_spanned::Spanned;
 
-use crate::scene::{Mount, SceneFile, mesh_unit::MeshUnitFile, patch::PatchFile};
+use crate::scene::{
+    Mount, SceneFile,
+    mesh_unit::MeshUnitFile,
+    patch::PatchFile,
+    step_file::{self, NamedMesh},
+};
 
 /// Edges of the cells of the stock, mm.
 #[derive(Clone, Copy, Debug, Deserialize, JsonSchema)]
@@ -39,13 +44,17 @@ pub struct StockFile {
     pub block: Option<BoxFile>,
     /// Round bar.
     pub cylinder: Option<CylinderFile>,
-    /// Watertight mesh file, mm.
+    /// Watertight mesh file, mm, or a STEP file.
     #[schemars(with = "Option<PathBuf>")]
     pub mesh: Option<Spanned<PathBuf>>,
     /// Unit of the numbers of `mesh`, which is converted to millimeters: `mm`, `cm`, `m` or `inch`.
     /// Millimeters when left out; a mesh far smaller than the cuts is refused then. Say `mm` where the size
     /// is meant.
     pub mesh_unit: Option<MeshUnitFile>,
+    /// Of a STEP file: largest distance of its mesh from the exact surfaces that is asked for, micrometers;
+    /// 5 when left out, which is reported as assumed. The distance that is measured counts.
+    #[schemars(with = "Option<f64>")]
+    pub chord_um: Option<Spanned<f64>>,
     /// The blade of `[part.blade]` with so much more material on its sides, mm.
     pub blade_allowance_mm: Option<f64>,
     /// What an earlier run left: its folder, or the `stock.dexel` in it. Taken over exactly where the cells
@@ -89,6 +98,12 @@ pub struct StockFile {
 const STEEL_KG_M3: f64 = 7850.0;
 
 impl StockFile {
+    /// Its mesh, where it has one.
+    pub(crate) fn named_mesh(&self) -> Option<NamedMesh<'_>> {
+        let (unit, chord_um) = (self.mesh_unit, self.chord_um.as_ref().map(|c| *c.get_ref()));
+        self.mesh.as_ref().map(|file| NamedMesh { file, unit, chord_um })
+    }
+
     /// Density of the material, kg/m³.
     pub(crate) fn density(&self) -> f64 {
         self.density_kg_m3.as_ref().map_or(STEEL_KG_M3, |d| *d.get_ref())
@@ -184,6 +199,12 @@ pub(crate) fn check(path: &Path, text: &str, file: &SceneFile) -> Result<(), Inp
     if stock.mesh_unit.is_some() && stock.mesh.is_none() {
         let message = "`mesh_unit` belongs to `mesh`".to_owned();
         return fault(file.stock.span().start, message, "leave it out, or give `mesh`");
+    }
+    let chord_um = stock.chord_um.as_ref();
+    if let Some((_, message, help)) =
+        step_file::fault(stock.mesh.as_ref(), stock.mesh_unit, chord_um.map(|c| *c.get_ref()))
+    {
+        return fault(chord_um.map_or(file.stock.span().start, |c| c.span().start), message, &help);
     }
     if of_a_run && stock.from_run.is_none() || stock.repair && stock.mesh.is_none() {
         let key = if of_a_run { "`place` and `at_time_s` belong to `from_run`" } else { "`repair` belongs to `mesh`" };

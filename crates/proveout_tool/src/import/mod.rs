@@ -7,13 +7,18 @@
 //! | LinuxCNC tool table | ending `.tbl` | that of the machine: the call states it |
 //! | Haas or Fanuc offset program (G10 L10, L12) | `G10` in the text | G20 or G21, else the call states it |
 //! | CSV | ending `.csv` | in the name of each column |
+//! | ISO 13399 | ending `.p21`, schema `CUTTING_TOOL_SCHEMA_ARM` | of each value |
+//! | DIN 4000, hyperMILL, SolidCAM | ending `.xml`, by its root element | millimeters; of each tool |
 //!
 //! Nothing is filled in here: what a file does not give is missing in the draft. What a file gives and a
 //! library cannot store is in [`Imported::notes`]. Two tools with the same number are refused, unless they
 //! are the same tool.
 
 mod camotics;
+mod catalog;
+mod catalog_xml;
 mod fusion;
+mod iso13399;
 mod linuxcnc_table;
 mod offsets_program;
 mod spreadsheet;
@@ -107,6 +112,19 @@ pub fn import_tools(file: &Path, call: &ImportCall) -> Result<Imported, InputErr
         "tbl" => linuxcnc_table::read(file, &read_input(file)?, call)?,
         "csv" => spreadsheet::read(file, &read_input(file)?, call)?,
         "json" | "camotics" | "ctbl" => json(file, call)?,
+        "xml" => catalog_xml::read(file, call)?,
+        "p21" => {
+            let text = read_input(file)?;
+            if !iso13399::is_iso13399(&text) {
+                let message = "it is no ISO 13399 file (schema CUTTING_TOOL_SCHEMA_ARM)";
+                return Err(InputError::file(file, message, "give the property file of the tool, not its solid"));
+            }
+            iso13399::read(file, &text, call)?
+        }
+        "zip" => {
+            let message = "a GTC package is not read as it is";
+            return Err(InputError::file(file, message, "unpack it, and give a .p21 file of its product_data_files"));
+        }
         "tools" | "hsmlib" => {
             let message = "a packed library is not read".to_owned();
             return Err(InputError::file(file, message, "export it from Fusion as JSON (.json)"));
@@ -116,7 +134,7 @@ pub fn import_tools(file: &Path, call: &ImportCall) -> Result<Imported, InputErr
             if !offsets_program::is_offsets_program(&text) {
                 let message = "the file is not a tool library of a known format".to_owned();
                 let known = "give a Fusion 360 library (.json), a LinuxCNC tool table (.tbl), offsets as a program (G10 L10), a CAMotics \
-                             project, a table (.csv), or a library of this program (.toml)";
+                             project, a table (.csv), an ISO 13399 file (.p21), DIN 4000, hyperMILL or SolidCAM (.xml), or a library of this program (.toml)";
                 return Err(InputError::file(file, message, known));
             }
             offsets_program::read(file, &text, call)?

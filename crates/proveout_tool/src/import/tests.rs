@@ -209,3 +209,112 @@ fn what_is_no_library_is_refused() {
     }
     assert!(import_tools(Path::new("nowhere.json"), &call(None)).is_err());
 }
+
+/// An ISO 13399 file with values in two units, one code given twice in the same size.
+const P21: &str = "ISO-10303-21;\nHEADER;\nFILE_SCHEMA (('CUTTING_TOOL_SCHEMA_ARM'));\nENDSEC;\nDATA;\n\
+    #1 = UNIT ('mm');\n#2 = UNIT ('inch');\n#3 = STRING_WITH_LANGUAGE ('BULL NOSE END MILL; 12''S', #9);\n\
+    /* #8 = NUMERICAL_VALUE ('DC', $, #1, '99'); */ #4 = NUMERICAL_VALUE ('DC', $, #1, '12.7');\n\
+    #5 = NUMERICAL_VALUE ('DC', $, #2, '0.5');\n#6 = NUMERICAL_VALUE ('RE', $, #1, '1.5');\n\
+    #7 = NUMERICAL_VALUE ('APMX', $, #2, '1.25');\n#10 = NUMERICAL_VALUE ('OAL', $, #1, '83');\n\
+    #11 = NUMERICAL_VALUE ('DMM', $, #1, '12');\n#12 = NUMERICAL_VALUE ('NOF', $, $, '4');\n\
+    #13 = STRING_VALUE ('HAND', $, 'L');\nENDSEC;\nEND-ISO-10303-21;\n";
+
+#[test]
+fn iso_13399_values_have_their_own_units_and_are_those_of_the_file() {
+    let shelf = Shelf::new();
+    let all = import_tools(&shelf.file("mill.p21", P21), &call(None)).expect("read");
+    let mill = &all.tools[0];
+    assert_eq!((all.format, mill.number, mill.name.as_str()), ("ISO 13399 file", 1, "BULL NOSE END MILL; 12'S"));
+    assert_eq!((mill.kind, mill.diameter(), mill.get("corner_radius_mm")), (Some("bull_nose"), Some(12.7), Some(1.5)));
+    assert_eq!((mill.flute_length, mill.overall, mill.shank), (Some(31.75), Some(83.0), Some(12.0)));
+    assert!(mill.flutes == Some(4) && mill.left_handed);
+    assert!(all.notes.iter().any(|n| n.contains("numbered from 1")), "{:?}", all.notes);
+    assert_eq!(library(all.tools).tools[0].max_radius(), 6.35);
+    for (from, to, words) in [
+        ("'0.5'", "'0.6'", "`DC` has two values: 12.7 and 0.6"),
+        ("'1.5'", "'7'", "corner radius of 7 mm is above half of its diameter of 12.7 mm"),
+        ("'NOF', $, $, '4'", "'NOF', $, $, '4.5'", "`NOF`, `ZEFF`, `ZEFP` = 4.5 is no number of teeth"),
+        ("'83'", "'eighty'", "`OAL` = \"eighty\" is not a number"),
+        ("$, #1, '83'", "$, $, '83'", "`OAL` = 83 has no unit of length"),
+        ("CUTTING_TOOL_SCHEMA_ARM", "AUTOMOTIVE_DESIGN", "no ISO 13399 file"),
+        ("END-ISO-10303-21;\n", "", "the file is not whole"),
+    ] {
+        let text = P21.replacen(from, to, 1);
+        assert_ne!(text, P21, "{from}");
+        let refused = import_tools(&shelf.file("bad.p21", &text), &call(None)).expect_err(words).to_string();
+        assert!(refused.contains(words), "{refused}");
+    }
+    let none = P21.replace("'DC'", "'DX'");
+    let refused = import_tools(&shelf.file("none.p21", &none), &call(None)).expect_err("no diameter").to_string();
+    assert!(refused.contains("`DC` is not given"), "{refused}");
+}
+
+#[test]
+fn din_4000_has_decimal_commas_and_only_the_class_whose_letters_are_known() {
+    let property = |name: &str, value: &str| {
+        format!(
+            "<Property-Data><PropertyName source=\"din_mk\">{name}</PropertyName><Value>{value}</Value></Property-Data>"
+        )
+    };
+    let values =
+        [("J23", "VHM"), ("A1", "8,5"), ("B2", "20"), ("B5", "63,25"), ("C3", "10"), ("F21", "3"), ("J22", "X1")];
+    let body: String = values.iter().map(|(k, v)| property(k, v)).collect();
+    let file = |class: &str, more: &str| {
+        format!(
+            "<?xml version=\"1.0\"?><!DOCTYPE Tool-Data SYSTEM \"x.dtd\"><Tool-Data><Tool><Category><Category-Data>\
+             <PropertyName>NSM</PropertyName><Value>{class}</Value></Category-Data></Category><Properties>{body}{more}</Properties></Tool></Tool-Data>"
+        )
+    };
+    let shelf = Shelf::new();
+    let all = import_tools(&shelf.file("din.xml", &file("DIN4000-82", "")), &call(None)).expect("read");
+    let mill = &all.tools[0];
+    assert_eq!((mill.name.as_str(), mill.kind, mill.diameter()), ("X1", Some("flat"), Some(8.5)));
+    assert_eq!((mill.flute_length, mill.overall, mill.shank), (Some(20.0), Some(63.25), Some(10.0)));
+    assert_eq!(mill.flutes, Some(3));
+    let refused = |text: &str| import_tools(&shelf.file("bad.xml", text), &call(None)).expect_err("bad").to_string();
+    let two = refused(&file("DIN4000-82", &property("A1", "9")));
+    assert!(two.contains("`A1` has two values: 8,5 and 9"), "{two}");
+    let other = refused(&file("DIN4000-81", ""));
+    assert!(other.contains("class DIN4000-81; DIN4000-82"), "{other}");
+    let other = refused("<Shelf/>");
+    assert!(other.contains("begins with <Shelf>"), "{other}");
+    let cut = file("DIN4000-82", "");
+    assert!(refused(&cut[..cut.len() - 20]).contains("not XML"));
+    // Entities that would grow to gigabytes are refused, not expanded.
+    let bomb = "<!DOCTYPE a [<!ENTITY a \"aaaaaaaaaaaaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;\"><!ENTITY c \"&b;&b;&b;&b;&b;&b;&b;&b;&b;&b;\">\
+                <!ENTITY d \"&c;&c;&c;&c;&c;&c;&c;&c;&c;&c;\"><!ENTITY e \"&d;&d;&d;&d;&d;&d;&d;&d;&d;&d;\">]><Tool-Data>&e;&e;&e;</Tool-Data>";
+    assert!(!refused(bomb).is_empty());
+}
+
+#[test]
+fn libraries_of_cam_systems_state_unit_and_type() {
+    let shelf = Shelf::new();
+    let hyper = "<omtdx version=\"25\"><tools><tools folder=\"a\"><tool name=\"Kugel 10\" type=\"ballMill\">\
+                 <param name=\"lengthOfUnit\" value=\"mm\"/><param name=\"toolDiameter\" value=\"10\"/><param name=\"toolTotalLength\" value=\"80\"/>\
+                 <param name=\"cuttingLength\" value=\"22\"/><param name=\"cuttingEdges\" value=\"2\"/><param name=\"toolShaftDiameter\" value=\"10\"/>\
+                 <tecsets><tecset><param name=\"cuttingLength\" value=\"0\"/></tecset></tecsets></tool></tools></tools></omtdx>";
+    let all = import_tools(&shelf.file("hyper.xml", hyper), &call(None)).expect("read");
+    let ball = &all.tools[0];
+    assert_eq!((all.format, ball.kind, ball.name.as_str()), ("hyperMILL library", Some("ball"), "Kugel 10"));
+    assert_eq!((ball.diameter(), ball.flute_length, ball.overall), (Some(10.0), Some(22.0), Some(80.0)));
+    assert_eq!((ball.shank, ball.flutes), (Some(10.0), Some(2)));
+    let solid = "<?xml version=\"1.0\" encoding=\"iso-8859-1\"?><Results><Tools><Tool SubType=\"EndMill\" UserType=\"3/8 EM\">\
+                 <param name=\"diameter\" value=\"0.375\"/><param name=\"arbor diameter\" value=\"0.375\"/><param name=\"total length\" value=\"2.5\"/>\
+                 <param name=\"outside holder length\" value=\"1.2\"/><param name=\"cutting edge length\" value=\"0.75\"/>\
+                 <param name=\"number of teeth\" value=\"4\"/><param name=\"unit\" value=\"inch\"/></Tool></Tools></Results>";
+    let all = import_tools(&shelf.file("solid.xml", solid), &call(None)).expect("read");
+    let mill = &all.tools[0];
+    assert_eq!((all.format, mill.kind, mill.diameter()), ("SolidCAM library", Some("flat"), Some(9.525)));
+    assert_eq!((mill.shank, mill.overall, mill.flute_length), (Some(9.525), Some(63.5), Some(0.75 * 25.4)));
+    assert_eq!((mill.stick_out, mill.flutes), (Some(1.2 * 25.4), Some(4)));
+    let refused = |text: &str| import_tools(&shelf.file("bad.xml", text), &call(None)).expect_err("bad").to_string();
+    let two = refused(&hyper.replace("\"toolTotalLength\" value=\"80\"", "\"toolDiameter\" value=\"12\""));
+    assert!(two.contains("tool 1 of the file (\"Kugel 10\"): `toolDiameter` has two values: 10 and 12"), "{two}");
+    assert!(refused(&hyper.replace("lengthOfUnit", "length")).contains("states no unit (lengthOfUnit)"));
+    let units = solid.replace("</Tool>", "<param name=\"units\" value=\"metric\"/></Tool>");
+    assert!(refused(&units).contains("has two units: inch and metric"));
+    assert!(refused(&solid.replace("\"inch\"", "\"cubit\"")).contains("unit \"cubit\" is not known"));
+    assert!(refused("<Results/>").contains("has no tool"));
+    let zip = import_tools(&shelf.file("tool.zip", "PK"), &call(None)).expect_err("a package").to_string();
+    assert!(zip.contains("a GTC package is not read"), "{zip}");
+}

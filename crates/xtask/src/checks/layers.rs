@@ -16,6 +16,7 @@ pub(crate) const PREFIX: &str = "proveout_";
 pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
     ("proveout_input", &[]),
     ("proveout_geom", &["input"]),
+    ("proveout_step", &["input", "geom"]),
     ("proveout_blade", &["input", "geom"]),
     ("proveout_nc", &["input", "tool"]),
     ("proveout_tool", &["input", "geom"]),
@@ -32,6 +33,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
         &[
             "input",
             "geom",
+            "step",
             "blade",
             "nc",
             "tool",

@@ -37,6 +37,7 @@ use proveout_geom::{Aabb, Point, Pose, TriMesh, Vector};
 use proveout_input::MAX_LENGTH_MM;
 use proveout_machine::Machine;
 use proveout_nc::{Control, Dialect, ProgramText, Settings, ToolName, WorkOffset};
+use proveout_step::StepFiles;
 use proveout_tool::{LengthUnit, ToolDraft, ToolLibrary};
 
 pub use interview::{Ask, Question, holder, read_answers};
@@ -68,7 +69,7 @@ pub struct FirstPart {
     pub machine: PathBuf,
     /// Control: a built-in one or a file.
     pub control: Option<String>,
-    /// Design mesh.
+    /// Design: a mesh or a STEP file.
     pub design: Option<PathBuf>,
     /// Tool library: of this program, or one that [`proveout_tool::import_tools`] reads.
     pub tools: Option<PathBuf>,
@@ -78,6 +79,8 @@ pub struct FirstPart {
     pub answers: BTreeMap<String, String>,
     /// Folder that is to be written.
     pub output: PathBuf,
+    /// STEP files that the call has read already.
+    pub step_files: StepFiles,
 }
 
 /// Why there is no proposal.
@@ -358,7 +361,7 @@ pub fn propose(call: &FirstPart, ask: &mut Ask<'_>) -> Result<Proposal, FirstPar
             design.map(|d| unit_of_design(d, &all_facts, &room, unit.as_ref(), &mut interview)).transpose()?.flatten();
         // A design of which the unit is asked decides the stock.
         let guessed = guessed || with_design && design.is_none();
-        let cuts = Cuts { uses: &uses, tools: &tools, untold, guessed };
+        let cuts = Cuts { uses: &uses, tools: &tools, untold, guessed, step_files: &call.step_files };
         let stock = stock(&all_facts, &cuts, design.as_ref(), &mut interview)?;
         Ok::<_, FirstPartError>((design, stock))
     })();

@@ -8,6 +8,7 @@ use std::{
 };
 
 use proveout_geom::{Aabb, Point, TriMesh, read_mesh};
+use proveout_step::{DEFAULT_CHORD_UM, StepFiles, is_step};
 use proveout_tool::LengthUnit;
 
 use super::{
@@ -23,24 +24,29 @@ const SIX_DECIMALS: f64 = 1e6;
 
 pub(super) fn design(call: &FirstPart) -> Result<Option<Design>, FirstPartError> {
     let Some(path) = &call.design else { return Ok(None) };
-    let mesh = solid(path)?;
+    let mesh = solid(path, &call.step_files)?;
     Ok(Some(Design { path: path.clone(), mesh, inch: false }))
 }
 
 /// Endings of solids that are no meshes.
-const SOLIDS: [&str; 12] =
-    ["step", "stp", "p21", "iges", "igs", "x_t", "x_b", "sldprt", "ipt", "prt", "catpart", "f3d"];
+const SOLIDS: [&str; 10] = ["p21", "iges", "igs", "x_t", "x_b", "sldprt", "ipt", "prt", "catpart", "f3d"];
 
-/// A closed mesh from a file; any other file is refused, with a remedy.
-fn solid(path: &Path) -> Result<TriMesh, FirstPartError> {
+/// A closed mesh from a file, or the solids of a STEP file; any other file is refused, with a remedy.
+fn solid(path: &Path, step_files: &StepFiles) -> Result<TriMesh, FirstPartError> {
+    if is_step(path) {
+        return Ok(step_files.read(path, DEFAULT_CHORD_UM)?.mesh.clone());
+    }
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     let mut head = [0; 12];
     let step = File::open(path).and_then(|mut f| f.read_exact(&mut head)).is_ok() && &head == b"ISO-10303-21";
     if step || SOLIDS.contains(&ending.as_str()) {
-        let what = if step { "a STEP file" } else { "a solid of a CAD system" };
+        if step {
+            let message = format!("{} is a STEP file by its content, and has another ending", path.display());
+            return Err(refused(message, "let its name end in .step or .stp"));
+        }
         return Err(refused(
-            format!("{} is {what}, which is not read", path.display()),
-            "export the solid as STL from the CAD system, in millimeters and in the coordinates of the program, to a hundredth of a millimeter",
+            format!("{} is a solid of a CAD system, which is not read", path.display()),
+            "export the solid as STEP, or as STL from the CAD system, in millimeters and in the coordinates of the program, to a hundredth of a millimeter",
         ));
     }
     let mesh = read_mesh(path).map_err(|e| {
@@ -64,6 +70,10 @@ pub(super) fn unit_of_design(
     let mut room = *room;
     if let Some((stock, ..)) = all_facts.iter().find_map(|f| f.stock.clone()) {
         room = room.union(&form_of(&stock).aabb());
+    }
+    // It states its unit.
+    if is_step(&design.path) {
+        return Ok(Some(design));
     }
     let key = "design_unit";
     let given = interview.given(key);
@@ -169,12 +179,14 @@ pub(super) struct Cuts<'a> {
     pub(super) untold: bool,
     /// Answers that decide where the cuts are, or how wide, are missing: nothing can be proposed.
     pub(super) guessed: bool,
+    /// STEP files of the call.
+    pub(super) step_files: &'a StepFiles,
 }
 
 /// The stock: as the call says, as the program says, or proposed and asked for.
 pub(super) fn stock(
     all_facts: &[facts::Facts],
-    &Cuts { uses, tools, untold, guessed }: &Cuts<'_>,
+    &Cuts { uses, tools, untold, guessed, step_files }: &Cuts<'_>,
     design: Option<&Design>,
     interview: &mut Interview<'_, '_>,
 ) -> Result<Option<Reasoned<StockForm>>, FirstPartError> {
@@ -256,7 +268,7 @@ pub(super) fn stock(
     }
     let path = PathBuf::from(&answer);
     if path.is_file() {
-        let mesh = solid(&path)?;
+        let mesh = solid(&path, step_files)?;
         return Ok(Some(Reasoned { value: StockForm::Mesh(path, mesh.aabb()), reason, chosen: false }));
     }
     Err(refused(
