@@ -11,7 +11,7 @@ use crate::{
         friction::{FrictionFit, fit_friction},
         limits::{LimitsFit, fit_limits},
         moves::{JointMoves, moves},
-        servo::{ServoFit, ServoParameter, fit_servo},
+        servo::{KnownFriction, ServoFit, ServoParameter, fit_servo},
     },
     times::{WordTime, WordTimes},
     trace::{JointTrace, Trace},
@@ -293,7 +293,7 @@ fn one_joint(
     };
     let friction = fit_friction(index, rotary, joint.drive.as_ref().and_then(stribeck), &all_moves, traces);
     let servo = if commanded && of_joint.iter().all(|j| j.actual.is_some()) {
-        fit_servo(joint.drive.as_ref(), inertia, rotary, index, &limits, traces)
+        fit_servo(joint.drive.as_ref(), inertia, friction_over_mass(&friction), (index, rotary), &limits, traces)
     } else {
         Err("it takes command and measured position beside each other".to_owned())
     };
@@ -303,6 +303,21 @@ fn one_joint(
     put_friction(&mut sink, joint, &friction, known, unit_name, &mut report);
     out.joints.push(report);
     Ok(())
+}
+
+/// Friction over the moved mass, in the unit in which the drive model counts; none where it is not known.
+fn friction_over_mass(friction: &Result<FrictionFit, String>) -> Option<KnownFriction> {
+    let fit = friction.as_ref().ok()?;
+    let ([mass, of_mass], (coulomb, of_coulomb), (viscous, of_viscous)) = (fit.mass, fit.coulomb, fit.viscous);
+    // The mass of the balance is F/a in N s2/mm, a thousandth of kg.
+    const KG: f64 = 1e3;
+    // Friction changes along the travel by more than a balance over all of it shows.
+    const LEAST_PART: f64 = 0.01;
+    let over = |value: f64, error: Option<f64>| {
+        let part = (error? / value).hypot(of_mass / mass);
+        (value > 0.0 && mass > 0.0 && part < 1.0).then_some([value / (mass * KG), part.max(LEAST_PART)])
+    };
+    Some(KnownFriction { coulomb: over(coulomb, of_coulomb)?, viscous: over(viscous, of_viscous)? })
 }
 
 fn stribeck(drive: &Drive) -> Option<f64> {

@@ -285,6 +285,8 @@ mod tests {
                     assert!(v > -1e-6 && v < shape.velocity * (1.0 + 1e-9), "{shape:?} {length} {t}: {v}");
                     assert!(law.derivative(2, t).abs() < shape.acceleration() * (1.0 + 1e-6), "{shape:?} {length} {t}");
                     if let Some(j) = shape.jerk() {
+                        // An average that holds both ends of a short pulse changes by both at once.
+                        let j = if shape.kind == LawKind::JerkLimited { j } else { 2.0 * j };
                         assert!(law.derivative(3, t).abs() < j * (1.0 + 1e-6), "{shape:?} {length} {t}");
                     }
                 }

@@ -42,6 +42,10 @@ pub(crate) trait Problem {
     fn residuals(&self, block: usize, parameters: &[f64]) -> Option<Vec<f64>>;
     /// Step of the difference for a parameter.
     fn step(&self, parameter: usize) -> f64;
+    /// Steps of the search may use differences to one side: half the work where a residual is a simulation.
+    fn one_sided(&self) -> bool {
+        false
+    }
     /// Lowest and highest value of a parameter.
     fn bounds(&self, parameter: usize) -> [f64; 2];
 }
@@ -78,7 +82,7 @@ fn cost_of(problem: &dyn Problem, x: &[f64]) -> Option<f64> {
 }
 
 /// H and gradient at a place.
-fn linear(problem: &dyn Problem, x: &[f64]) -> Option<Linear> {
+fn linear(problem: &dyn Problem, x: &[f64], one_sided: bool) -> Option<Linear> {
     let n = x.len();
     let (mut h, mut g) = (DMatrix::<f64>::zeros(n, n), DVector::<f64>::zeros(n));
     let mut moved = x.to_vec();
@@ -89,11 +93,14 @@ fn linear(problem: &dyn Problem, x: &[f64]) -> Option<Linear> {
         for &p in depends {
             let step = problem.step(p);
             let [low, high] = problem.bounds(p);
-            let (up, down) = ((x[p] + step).min(high), (x[p] - step).max(low));
+            let (up, mut down) = ((x[p] + step).min(high), (x[p] - step).max(low));
+            if one_sided && up > x[p] {
+                down = x[p];
+            }
             moved[p] = up;
             let above = problem.residuals(block, &moved)?;
             moved[p] = down;
-            let below = problem.residuals(block, &moved)?;
+            let below = if down == x[p] { here.clone() } else { problem.residuals(block, &moved)? };
             moved[p] = x[p];
             let width = up - down;
             let slope = |(a, b): (&f64, &f64)| if width > 0.0 { (a - b) / width } else { 0.0 };
@@ -125,8 +132,22 @@ pub(crate) fn minimize(problem: &dyn Problem, start: &[f64]) -> Option<Minimum> 
     let mut damping = FIRST_DAMPING;
     let (mut quiet, mut converged) = (0, false);
     for _ in 0..MOST_STEPS {
-        let Linear { h, g } = linear(problem, &x)?;
+        let Linear { h, g } = linear(problem, &x, problem.one_sided())?;
         let mut better = None;
+        // A parameter at a bound that would leave it is held there, so that the others find their own step.
+        let held: Vec<bool> = (0..n)
+            .map(|p| {
+                let [low, high] = problem.bounds(p);
+                x[p] <= low && g[p] > 0.0 || x[p] >= high && g[p] < 0.0
+            })
+            .collect();
+        let (mut h, mut g) = (h, g);
+        for p in (0..n).filter(|p| held[*p]) {
+            for k in 0..n {
+                (h[(p, k)], h[(k, p)]) = (0.0, 0.0);
+            }
+            (h[(p, p)], g[p]) = (1.0, 0.0);
+        }
         while damping < MOST_DAMPING {
             let mut damped = h.clone();
             for p in 0..n {
@@ -156,7 +177,7 @@ pub(crate) fn minimize(problem: &dyn Problem, start: &[f64]) -> Option<Minimum> 
             break;
         }
     }
-    let Linear { h, .. } = linear(problem, &x)?;
+    let Linear { h, .. } = linear(problem, &x, false)?;
     let mut rows = 0;
     let mut all: Vec<Vec<f64>> = Vec::with_capacity(problem.blocks());
     for block in 0..problem.blocks() {

@@ -3,9 +3,20 @@
 //! The measured error `command - actual` is compared with that of `DriveModel` (`proveout_controller::servo`)
 //! along all moves of a joint, rests between them included, so that integrator and friction have their history.
 //! Position gain, feed-forward, velocity loop, integral time and friction over mass are fitted together; all but
-//! the first two are there so that their errors widen those of the gain. A steady stretch tells only
+//! the first two are there so that their errors widen those of the gain. A steady stretch shows only
 //! `(1 - alpha) / Kv`; what separates gain and feed-forward are the transients, so a trace that is too coarse
 //! for them is refused by name.
+//!
+//! *Two drives with one answer.* With the mass as one, the stiff loop from set point to position is
+//!
+//! ```text
+//!     beta s^3 + k alpha s^2 + k (Kv + alpha/Tn) s + k Kv/Tn
+//!     -----------------------------------------------------
+//!            s^3 + k s^2 + k (Kv + 1/Tn) s + k Kv/Tn
+//! ```
+//!
+//! With alpha = 1 it is the same when Kv and 1/Tn change places, and the minimum has a saddle where they are
+//! equal. The position loop of a cascade is the slower one, so that Kv is the smaller of the two.
 
 use std::ops::Range;
 
@@ -28,11 +39,17 @@ const LEAST_STEPS: f64 = 5.0;
 /// Longest rest before a move that is run, s: a resting integrator has ended long before.
 const LONGEST_REST_S: f64 = 0.3;
 /// Most moves that are run.
-const MOST_MOVES: usize = 12;
+const MOST_MOVES: usize = 6;
 /// Longest step of time over the time constant of the velocity loop at which a transient is seen.
 const MOST_ROW_S: f64 = 0.025;
 /// Longest cycle of the simulated drive, s.
 const CYCLE_S: f64 = 1e-3;
+/// Deviation of the logarithm of an elastic frequency in a machine file: it is right within a third.
+const GUESSED_FREQUENCY: f64 = 0.3;
+/// Mean square of the residuals, in squares of their deviations, of a fit that explains them.
+const GOOD: f64 = 1.2;
+/// Costs that differ by less than this part are the same.
+const SAME: f64 = 1e-3;
 /// Relative width of a difference.
 const STEP: f64 = 1e-4;
 
@@ -71,17 +88,27 @@ struct Stretch {
     skip: usize,
 }
 
-struct ServoProblem<'d> {
-    start: &'d Drive,
+struct ServoProblem {
+    /// Values that parameters multiply.
+    start: Drive,
     inertia: f64,
     cycle: f64,
     every: usize,
     stretches: Vec<Stretch>,
     list: Vec<ServoParameter>,
     all: Vec<usize>,
+    /// What is known besides: parameter, logarithm of its value, and the deviation of that.
+    known: Vec<(ServoParameter, f64, f64)>,
 }
 
-impl ServoProblem<'_> {
+/// Dry and viscous friction over the moved mass from the motor's force, each with its standard error as a part.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct KnownFriction {
+    pub(crate) coulomb: [f64; 2],
+    pub(crate) viscous: [f64; 2],
+}
+
+impl ServoProblem {
     fn drive(&self, p: &[f64]) -> Drive {
         let mut d = self.start.clone();
         for (what, v) in self.list.iter().zip(p) {
@@ -112,6 +139,135 @@ impl ServoProblem<'_> {
     }
 }
 
+impl ServoProblem {
+    /// Fits these parameters from now on.
+    fn take(&mut self, list: &[ServoParameter]) {
+        self.list = list.to_vec();
+        self.all = (0..list.len()).collect();
+    }
+
+    /// Parameters that give the drive of the start.
+    fn begin(&self) -> Vec<f64> {
+        let of = |what: &ServoParameter| match what {
+            ServoParameter::VelocityFeedForward => self.start.velocity_feed_forward,
+            ServoParameter::AccelerationFeedForward => self.start.acceleration_feed_forward,
+            _ => 0.0,
+        };
+        self.list.iter().map(of).collect()
+    }
+
+    fn cost_at(&self, p: &[f64]) -> f64 {
+        let square = |block: usize| Some(self.residuals(block, p)?.iter().map(|r| r * r).sum::<f64>());
+        square(0).zip(square(1)).map_or(f64::INFINITY, |(a, b)| a + b)
+    }
+
+    fn cost(&self) -> f64 {
+        self.cost_at(&self.begin())
+    }
+
+    /// The best of a coarse net of gains and feed-forwards.
+    fn choose_start(&mut self) {
+        let given = self.start.clone();
+        let mut best = (self.cost(), given.clone());
+        for alpha in [0.0, 0.5, 0.9, 1.0] {
+            for factor in [0.5, 0.7, 1.0, 1.4, 2.0] {
+                self.start = faster(&given, factor);
+                self.start.velocity_feed_forward = alpha;
+                let cost = self.cost();
+                if cost < best.0 {
+                    best = (cost, self.start.clone());
+                }
+            }
+        }
+        self.start = best.1;
+    }
+
+    /// Of two drives with the same answer, the one whose position loop is the slower one.
+    fn order(&mut self) {
+        let Some(time) = self.start.integral_time.filter(|t| t * self.start.position_gain > 1.0) else { return };
+        let before = (self.cost(), self.start.clone());
+        self.start.integral_time = Some(1.0 / self.start.position_gain);
+        self.start.position_gain = 1.0 / time;
+        self.settle();
+        if self.cost() > before.0 * (1.0 + SAME) {
+            self.start = before.1;
+        }
+    }
+
+    /// Moves the start to the minimum near it.
+    fn settle(&mut self) {
+        if let Some(found) = minimize(self, &self.begin()) {
+            self.start = self.drive(&found.parameters);
+        }
+    }
+
+    /// The same from both ends of the acceleration's feed-forward and from the value of the file, and with the
+    /// position loop further below the velocity loop: where Kv is 1/Tn, the minimum is a saddle (see above).
+    fn settle_from_both_ends(&mut self) {
+        let given = self.start.clone();
+        let mut best: Option<(f64, Drive)> = None;
+        for beta in [given.acceleration_feed_forward, 0.0, 1.0] {
+            for apart in [1.0, 0.75] {
+                self.start = Drive { acceleration_feed_forward: beta, ..given.clone() };
+                self.start.position_gain *= apart;
+                self.start.integral_time = given.integral_time.map(|t| t * apart);
+                self.settle();
+                self.order();
+                let cost = self.cost();
+                if best.as_ref().is_none_or(|(b, _)| cost < *b) {
+                    best = Some((cost, self.start.clone()));
+                }
+            }
+        }
+        if let Some((_, drive)) = best {
+            self.start = drive;
+        }
+    }
+}
+
+impl ServoProblem {
+    /// The minimum of all parameters from here, and from a position loop further below the velocity loop.
+    fn minimum_from_both_sides(&mut self) -> Option<Minimum> {
+        let given = self.start.clone();
+        let mut best: Option<(Minimum, Drive)> = None;
+        for apart in [1.0, 0.8, 0.6] {
+            self.start = given.clone();
+            self.start.position_gain *= apart;
+            self.start.integral_time = given.integral_time.map(|t| t * apart);
+            let Some(found) = minimize(self, &self.begin()).filter(|m| m.converged) else { continue };
+            if best.as_ref().is_none_or(|(b, _)| found.cost < b.cost * (1.0 - SAME)) {
+                best = Some((found, self.start.clone()));
+            }
+            if best.as_ref().is_some_and(|(b, _)| b.cost < GOOD * b.rows as f64 && b.errors.iter().all(Option::is_some)) {
+                break;
+            }
+        }
+        let (minimum, start) = best?;
+        self.start = start;
+        let drive = self.drive(&minimum.parameters);
+        if drive.integral_time.is_some_and(|t| t * drive.position_gain > 1.0) {
+            // The same answer with both changed: the position loop is the slower one.
+            self.start = drive;
+            self.order();
+            let swapped = minimize(self, &self.begin()).filter(|m| m.converged && m.cost < minimum.cost * (1.0 + SAME));
+            return swapped.or(Some(minimum));
+        }
+        Some(minimum)
+    }
+}
+
+/// A drive whose loops are all faster by a factor.
+fn faster(drive: &Drive, factor: f64) -> Drive {
+    let mut d = drive.clone();
+    d.position_gain *= factor;
+    d.integral_time = d.integral_time.map(|t| t / factor);
+    d.velocity_gain = match d.velocity_gain {
+        VelocityGain::Gain(g) => VelocityGain::Gain(g * factor),
+        VelocityGain::Bandwidth(b) => VelocityGain::Bandwidth(b * factor),
+    };
+    d
+}
+
 /// The cubic between two knots, as the fine interpolator of the twin's drives takes it.
 fn rates([x0, v0]: [f64; 2], [x1, v1]: [f64; 2], h: f64) -> SetPointRates {
     let way = x1 - x0;
@@ -122,16 +278,28 @@ fn rates([x0, v0]: [f64; 2], [x1, v1]: [f64; 2], h: f64) -> SetPointRates {
     }
 }
 
-impl Problem for ServoProblem<'_> {
+impl Problem for ServoProblem {
     fn blocks(&self) -> usize {
-        1
+        2
     }
 
     fn depends(&self, _: usize) -> &[usize] {
         &self.all
     }
 
-    fn residuals(&self, _: usize, p: &[f64]) -> Option<Vec<f64>> {
+    fn residuals(&self, block: usize, p: &[f64]) -> Option<Vec<f64>> {
+        if block > 0 {
+            let drive = self.drive(p);
+            let of = |(what, ln, deviation): &(ServoParameter, f64, f64)| {
+                let value = match what {
+                    ServoParameter::CoulombFriction => drive.coulomb_friction,
+                    ServoParameter::ViscousFriction => drive.viscous_friction,
+                    _ => drive.elastic.map_or(1.0, |e| e.frequency),
+                };
+                (value.ln() - ln) / deviation
+            };
+            return Some(self.known.iter().map(of).collect());
+        }
         let model = DriveModel::new(&self.drive(p), self.inertia, self.cycle).ok()?;
         let mut state = model.rest(0.0);
         let mut out = Vec::new();
@@ -155,6 +323,10 @@ impl Problem for ServoProblem<'_> {
         STEP
     }
 
+    fn one_sided(&self) -> bool {
+        true
+    }
+
     fn bounds(&self, parameter: usize) -> [f64; 2] {
         match self.list.get(parameter) {
             Some(ServoParameter::VelocityFeedForward | ServoParameter::AccelerationFeedForward) => [0.0, 1.0],
@@ -168,8 +340,8 @@ impl Problem for ServoProblem<'_> {
 pub(crate) fn fit_servo(
     start: Option<&Drive>,
     inertia: Option<f64>,
-    rotary: bool,
-    joint: usize,
+    friction: Option<KnownFriction>,
+    (joint, rotary): (usize, bool),
     limits: &LimitsFit,
     traces: &[Trace],
 ) -> Result<ServoFit, String> {
@@ -177,6 +349,23 @@ pub(crate) fn fit_servo(
     let inertia = inertia
         .ok_or("neither moving_mass_kg (moving_inertia_kg_m2) nor masses of bodies are stated: gains count over them")?;
     let mut start = start.clone();
+    let mut known = Vec::new();
+    if let Some(KnownFriction { coulomb, viscous }) = friction {
+        // The force has them over the mass that it moves; the model counts with that of the file.
+        let held = start.static_friction / start.coulomb_friction.max(f64::MIN_POSITIVE);
+        let stiction = if start.coulomb_friction > 0.0 { held.max(1.0) } else { 1.0 };
+        start.coulomb_friction = coulomb[0] * inertia;
+        start.static_friction = stiction * start.coulomb_friction;
+        start.viscous_friction = viscous[0] * inertia;
+        known.push((ServoParameter::CoulombFriction, start.coulomb_friction.ln(), coulomb[1]));
+        known.push((ServoParameter::ViscousFriction, start.viscous_friction.ln(), viscous[1]));
+    } else if start.viscous_friction > 0.0 {
+        // Damping by friction and by the velocity loop look alike; the file is right within a factor of e.
+        known.push((ServoParameter::ViscousFriction, start.viscous_friction.ln(), 1.0));
+    }
+    if let Some(e) = start.elastic {
+        known.push((ServoParameter::ElasticFrequency, e.frequency.ln(), GUESSED_FREQUENCY));
+    }
     // A multiplier needs something to multiply.
     for friction in [&mut start.coulomb_friction, &mut start.viscous_friction] {
         *friction = friction.max(1e-6 * inertia);
@@ -233,42 +422,22 @@ pub(crate) fn fit_servo(
     }
     let mut list = vec![ServoParameter::PositionGain, ServoParameter::VelocityFeedForward, ServoParameter::VelocityGain];
     list.extend(start.integral_time.map(|_| ServoParameter::IntegralTime));
-    list.extend([
-        ServoParameter::AccelerationFeedForward,
-        ServoParameter::CoulombFriction,
-        ServoParameter::ViscousFriction,
-    ]);
+    list.push(ServoParameter::AccelerationFeedForward);
+    let loops = list.clone();
+    list.extend([ServoParameter::CoulombFriction, ServoParameter::ViscousFriction]);
     list.extend(start.elastic.map(|_| ServoParameter::ElasticFrequency));
-    let all = (0..list.len()).collect();
-    let problem = ServoProblem { start: &start, inertia, cycle, every, stretches, list, all };
-    let mut best: Option<Minimum> = None;
-    // Feed-forward has two far ends, and a gain that is off by half has minima of its own.
-    for (alpha, beta) in [(start.velocity_feed_forward, start.acceleration_feed_forward), (0.0, 0.0), (1.0, 1.0)] {
-        for factor in [1.0_f64, 0.5, 2.0] {
-            let begin: Vec<f64> = problem
-                .list
-                .iter()
-                .map(|what| match what {
-                    ServoParameter::VelocityFeedForward => alpha,
-                    ServoParameter::AccelerationFeedForward => beta,
-                    ServoParameter::PositionGain => factor.ln(),
-                    _ => 0.0,
-                })
-                .collect();
-            let Some(found) = minimize(&problem, &begin) else { continue };
-            let good = found.cost < 2.0 * found.rows as f64;
-            if best.as_ref().is_none_or(|b| found.cost < b.cost) {
-                best = Some(found);
-            }
-            if good {
-                break;
-            }
-        }
-        if best.as_ref().is_some_and(|b| b.cost < 2.0 * b.rows as f64) {
-            break;
-        }
-    }
-    let minimum = best.ok_or("no stable loop near the machine file's gains follows these set points")?;
+    let mut problem = ServoProblem { start, inertia, cycle, every, stretches, list: Vec::new(), all: Vec::new(), known };
+    // Few parameters first: a search of all of them from afar ends in one of many hollows.
+    problem.choose_start();
+    problem.take(&[ServoParameter::PositionGain, ServoParameter::VelocityFeedForward]);
+    problem.settle();
+    problem.take(&loops);
+    problem.settle_from_both_ends();
+    problem.take(&list);
+    let minimum = problem
+        .minimum_from_both_sides()
+        .ok_or("no stable loop near the machine file's gains follows these set points")?;
+    eprintln!("DEBUG cost {:.1} rows {} infl {:.2} {:?} {:?} {:?}", minimum.cost, minimum.rows, minimum.inflation, problem.list, minimum.parameters, minimum.errors);
     let residuals = problem.residuals(0, &minimum.parameters).unwrap_or_default();
     let deviations: Vec<f64> = problem.stretches.iter().flat_map(|s| s.measured.iter().map(|m| m[1])).collect();
     let squares: f64 = residuals.iter().zip(&deviations).map(|(r, s)| (r * s).powi(2)).sum();

@@ -5,7 +5,9 @@ const EVEN: f64 = 0.02;
 /// A difference is a multiple of a step when it is within this part of it.
 const ON_GRID: f64 = 0.02;
 /// Differences of more steps than this are not looked at: rounding of the numbers themselves would decide.
-const MOST_STEPS: f64 = 1e4;
+const MOST_STEPS: f64 = 1e6;
+/// Differences that the step is made from.
+const SMALLEST: usize = 400;
 /// Smallest step that is looked for, in the unit of the column: below it, digits of the format remain.
 const FINEST: f64 = 1e-10;
 /// Standard deviation over median of the absolute value, of a normal distribution.
@@ -29,21 +31,35 @@ pub(crate) fn steps_of_time(time: &[f64]) -> (f64, bool) {
 }
 
 /// The step of which all differences of a column are multiples; zero where there is none.
+///
+/// Euclid's algorithm on the smallest differences, with a remainder below [`ON_GRID`] of the step as none: on
+/// numbers that are not rounded it falls below the digits of the format.
 pub(crate) fn quantum(values: &[f64]) -> f64 {
     let largest = values.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
     let least = FINEST.max(largest * 1e-13);
-    let steps = || values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > least);
-    let Some(smallest) = steps().reduce(f64::min) else { return 0.0 };
-    // The smallest difference may be two or three steps of a joint that never moved slowly.
-    (1..=5)
-        .map(|part| smallest / f64::from(part))
-        .find(|q| {
-            let near: Vec<f64> = steps().map(|d| d / q).filter(|n| *n < MOST_STEPS).collect();
-            let all = steps().count();
-            let on_grid = near.iter().filter(|n| (*n - n.round()).abs() < ON_GRID).count();
-            2 * near.len() >= all && near.len() >= 3 && on_grid as f64 >= 0.999 * near.len() as f64
-        })
-        .unwrap_or(0.0)
+    let mut steps: Vec<f64> = values.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > least).collect();
+    steps.sort_by(f64::total_cmp);
+    let Some(mut q) = steps.first().copied() else { return 0.0 };
+    for d in steps.iter().take(SMALLEST) {
+        loop {
+            let rest = (d - (d / q).round() * q).abs();
+            if rest <= ON_GRID * q || d / q > MOST_STEPS {
+                break;
+            }
+            q = rest;
+            if q < least {
+                return 0.0;
+            }
+        }
+    }
+    // A longer way gives the step with more digits.
+    if let Some(d) = steps.iter().rev().find(|d| **d / q < 1e3) {
+        q = d / (d / q).round();
+    }
+    let near = || steps.iter().map(|d| d / q).filter(|n| *n < MOST_STEPS);
+    let on_grid = near().filter(|n| (n - n.round()).abs() < ON_GRID).count();
+    let all = near().count();
+    if all >= 3 && 2 * all >= steps.len() && on_grid as f64 >= 0.999 * all as f64 { q } else { 0.0 }
 }
 
 /// Standard deviation of the noise, from the differences of neighbors at rest: the part of the rows in

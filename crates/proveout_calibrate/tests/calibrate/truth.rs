@@ -2,7 +2,7 @@
 
 #![allow(clippy::print_stdout, reason = "figures for people who run with --nocapture")]
 
-use proveout_calibrate::{Calibration, Parameter, calibrate};
+use proveout_calibrate::{Calibration, LawKind, LawShape, Parameter, calibrate};
 
 use crate::plant::{Axis, Random, Recorder, Recording, air_text, machine, machine_text, record, table, trace};
 
@@ -88,7 +88,8 @@ fn check(found: &Calibration, plant: &Plant, name: &str, counts: &mut [usize; 2]
 #[test]
 fn limits_gains_and_friction_of_two_machines_are_found() {
     let mut counts = [0; 2];
-    for seed in 1..=2 {
+    let first = std::env::var("SEED").map_or(1, |v| v.parse().unwrap());
+    for seed in first..first + 2 {
         let plant = plant(seed);
         check(&calibrated(&plant, SHARP, seed), &plant, &format!("machine {seed}"), &mut counts);
     }
@@ -140,5 +141,71 @@ fn coarser_traces_have_wider_intervals_and_none_is_falsely_small() {
                 assert!(!p.written && p.estimate.is_none() && p.reason.contains("rounded to 1.0000 mm"), "{}", p.reason);
             }
         }
+    }
+}
+
+/// Moving averages as plant, of which the twin's control has none: set points with noise, one axis.
+#[test]
+fn moving_averages_are_found_and_kept_apart_from_jerk_limits() {
+    let guess = machine(&plant(4).guess);
+    let joint = &guess.joints[0];
+    for (k, kind) in LawKind::ALL.into_iter().enumerate() {
+        let mut r = Random::new(70 + k as u64);
+        let velocity = 0.9 * joint.rapid_velocity.expect("a velocity");
+        let shape = match kind {
+            LawKind::JerkLimited => [3200.0, 60_000.0],
+            LawKind::Trapezoid => [3200.0, 0.0],
+            LawKind::SmoothedTrapezoid => [3200.0, 0.045],
+            LawKind::OneAverage => [0.11, 0.0],
+            LawKind::TwoAverages => [0.07, 0.01],
+        };
+        let truth = LawShape { kind, velocity, shape };
+        let mut text = "time_s,X_command_mm\n".to_owned();
+        let (mut row, mut at) = (0.0, 5.0);
+        for length in [380.0, 150.0, 60.0, 20.0, 6.0, 1.5] {
+            for way in [length, -length] {
+                let law = truth.law(way);
+                let begin = 0.2 + 0.001 * r.even();
+                let rows = ((law.duration + 0.45) / 0.001) as u32;
+                for i in 0..rows {
+                    let t = 0.001 * f64::from(i);
+                    let x = at + law.position(t - begin) + 1e-3 * r.normal();
+                    text += &format!("{:.3},{x:.6}\n", row + t);
+                }
+                row += 0.001 * f64::from(rows);
+                at += way;
+            }
+        }
+        let found = calibrate(&guess, &[trace(&text, &guess)], None).unwrap_or_else(|e| panic!("{kind:?}: {e}"));
+        let report = &found.joints[0];
+        println!("{kind:?}: {:?} {:?} misfit {:?}", report.interpolator, report.averages_ms, report.misfit);
+        assert_eq!(report.interpolator, Some(kind.words()), "{kind:?}");
+        assert!(report.misfit.is_some_and(|m| (m - 1.0).abs() < 0.1), "{kind:?}: {:?}", report.misfit);
+        let averages: Vec<f64> = match kind {
+            LawKind::SmoothedTrapezoid => vec![45.0],
+            LawKind::OneAverage => vec![110.0],
+            LawKind::TwoAverages => vec![70.0, 10.0],
+            LawKind::JerkLimited | LawKind::Trapezoid => Vec::new(),
+        };
+        assert_eq!(report.averages_ms.len(), averages.len(), "{kind:?}");
+        for ([found, error], truth) in report.averages_ms.iter().zip(averages) {
+            // The figure is 2 ms; noise of 1 um at 1 kHz leaves far less.
+            assert!((found - truth).abs() < 4.0 * error && *error < 0.2, "{kind:?}: {found} +- {error}, true {truth}");
+        }
+        for (key, truth) in [
+            ("rapid_velocity_mm_min", Some(60.0 * velocity)),
+            ("max_acceleration_mm_s2", Some(truth.acceleration())),
+            ("max_jerk_mm_s3", truth.jerk()),
+        ] {
+            let p = found.parameters.iter().find(|p| p.key == key).expect("a parameter");
+            let Some(truth) = truth else {
+                assert!(!p.written && p.reason.contains("steps of acceleration"), "{kind:?}: {}", p.reason);
+                continue;
+            };
+            let (estimate, error) = (p.estimate.expect("an estimate"), p.standard_error.expect("an error"));
+            assert!(p.written && (estimate - truth).abs() < 4.0 * error, "{kind:?} {key}: {estimate} +- {error}, {truth}");
+        }
+        let gain = found.parameters.iter().find(|p| p.key == "position_gain_1_s").expect("a gain");
+        assert!(gain.reason.contains("command and measured position"), "{}", gain.reason);
     }
 }
