@@ -153,7 +153,6 @@ impl AirProgram {
     }
 }
 
-
 /// The range that a joint uses, mm or degrees.
 fn range(joint: &Joint, given: Option<[f64; 2]>) -> Result<[f64; 2], PlanError> {
     let unit = joint.kind.unit();
@@ -165,7 +164,10 @@ fn range(joint: &Joint, given: Option<[f64; 2]>) -> Result<[f64; 2], PlanError> 
             return Err(PlanError::new(message, "write the lower end first: LOW..HIGH"));
         }
         (Some([low, high]), Some([least, most])) if low < least || high > most => {
-            let message = format!("the range of {}, {low} to {high} {unit}, leaves its travel, {least} to {most} {unit}", joint.name);
+            let message = format!(
+                "the range of {}, {low} to {high} {unit}, leaves its travel, {least} to {most} {unit}",
+                joint.name
+            );
             return Err(PlanError::new(message, "give positions within the travel, in machine coordinates"));
         }
         (Some(range), _) => range,
@@ -186,7 +188,8 @@ fn range(joint: &Joint, given: Option<[f64; 2]>) -> Result<[f64; 2], PlanError> 
         return Err(PlanError::new(message, "the other joints move while it is at home: give a range that holds it"));
     }
     if joint.endless && high - low > LONGEST_TURN_DEG {
-        let message = format!("{} turns without end: over {LONGEST_TURN_DEG} degrees controls go different ways", joint.name);
+        let message =
+            format!("{} turns without end: over {LONGEST_TURN_DEG} degrees controls go different ways", joint.name);
         return Err(PlanError::new(message, format!("give a range of at most {LONGEST_TURN_DEG} degrees")));
     }
     Ok([low, high])

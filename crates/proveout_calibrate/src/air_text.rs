@@ -161,7 +161,11 @@ impl Writer<'_> {
         match (self.language, step.feed) {
             (Language::Siemens, None) => self.block(&format!("SUPA G0 {letter}{}", to.trim_end_matches('.'))),
             (Language::Siemens, Some(f)) => {
-                self.block(&format!("SUPA G1 {letter}{} F{}", to.trim_end_matches('.'), number(f).trim_end_matches('.')));
+                self.block(&format!(
+                    "SUPA G1 {letter}{} F{}",
+                    to.trim_end_matches('.'),
+                    number(f).trim_end_matches('.')
+                ));
             }
             (Language::Heidenhain, None) => self.block(&format!("L {letter}{} R0 FMAX M91", signed(&to))),
             (Language::Heidenhain, Some(f)) => {

@@ -3,7 +3,6 @@
 use proveout_controller::dynamics::RigidTree;
 use proveout_input::{InputError, InputFault};
 use proveout_machine::{Drive, Joint, Machine, VelocityGain};
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::{
@@ -42,7 +41,7 @@ const N_MM_PER_N_M: f64 = 1e3;
 const N_S_M_PER_N_S_MM: f64 = 1e3;
 
 /// Table of the machine file that a parameter belongs to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Table {
     /// `[[joint]]`.
@@ -54,7 +53,7 @@ pub enum Table {
 }
 
 /// One value of the machine file, in the unit of its key.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Parameter {
     /// Joint; none for the control.
     pub joint: Option<String>,
@@ -75,7 +74,7 @@ pub struct Parameter {
 }
 
 /// A correlation of two estimates.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Correlation {
     /// Keys of both.
     pub keys: [&'static str; 2],
@@ -84,7 +83,7 @@ pub struct Correlation {
 }
 
 /// What was found of one joint besides its parameters.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct JointReport {
     /// Name.
     pub name: String,
@@ -117,6 +116,9 @@ pub struct JointReport {
     pub following_error: Option<[f64; 2]>,
     /// Moved mass (kg) or inertia (kg m²) from the force, with its standard error.
     pub moved_mass: Option<[f64; 2]>,
+    /// What the balance of momentum leaves of the force (standard deviation over a block of time), in N, N mm, or
+    /// the unit of its column.
+    pub force_left: Option<f64>,
     /// Friction in the unit of a column that is no force: dry, its standard error.
     pub friction_in_unit: Option<([f64; 2], &'static str)>,
     /// Pairs of estimates that go together.
@@ -124,7 +126,7 @@ pub struct JointReport {
 }
 
 /// Everything that was found.
-#[derive(Clone, Debug, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Calibration {
     /// Name of the machine.
     pub machine: String,
@@ -191,7 +193,8 @@ pub fn calibrate(machine: &Machine, traces: &[Trace], words: Option<&WordTimes>)
         let Some(joint) = machine.joints.get(index).filter(|_| !of_joint.is_empty()) else { continue };
         let inertia = joint.moving_inertia.or_else(|| bodies.knows(index).then(|| masses[(index, index)]));
         let inertia = inertia.filter(|m| *m > 0.0);
-        one_joint((index, joint, inertia), found, &of_joint, traces, &mut out).map_err(|(message, remedy)| fault(message, remedy))?;
+        one_joint((index, joint, inertia), found, &of_joint, traces, &mut out)
+            .map_err(|(message, remedy)| fault(message, remedy))?;
     }
     if let Some(words) = words {
         out.word_times = words.measured(traces).map_err(|(message, remedy)| fault(message, remedy))?;
@@ -235,7 +238,9 @@ impl Sink<'_> {
         let reason = match (known, reason, estimate, standard_error) {
             (true, "", ..) => String::new(),
             (_, "", Some(v), Some(e)) if share => format!("known to {e:.2} only, about {v:.2}"),
-            (_, "", Some(v), Some(e)) => format!("known to {:.0} percent only", 100.0 * e / v.abs().max(f64::MIN_POSITIVE)),
+            (_, "", Some(v), Some(e)) => {
+                format!("known to {:.0} percent only", 100.0 * e / v.abs().max(f64::MIN_POSITIVE))
+            }
             (_, "", ..) => "the moves do not determine it".to_owned(),
             (_, reason, ..) => reason.to_owned(),
         };
@@ -332,14 +337,17 @@ fn unit_slip(joint: &Joint, limits: &LimitsFit) -> Result<(), (String, &'static 
     let quotient = limits.best.shape.velocity / rapid;
     let slip = UNIT_SLIPS.iter().find(|(of, _)| (quotient / of - 1.0).abs() < SLIP);
     let Some((_, words)) = slip else { return Ok(()) };
-    let message = format!(
-        "{} moves at {:.4} times the velocity of the machine file: {words}",
-        joint.name, quotient
-    );
+    let message = format!("{} moves at {:.4} times the velocity of the machine file: {words}", joint.name, quotient);
     Err((message, "state the unit of the column; where it is right, correct the velocity in the machine file first"))
 }
 
-fn put_limits(sink: &mut Sink<'_>, joint: &Joint, limits: Option<&LimitsFit>, commanded: bool, report: &mut JointReport) {
+fn put_limits(
+    sink: &mut Sink<'_>,
+    joint: &Joint,
+    limits: Option<&LimitsFit>,
+    commanded: bool,
+    report: &mut JointReport,
+) {
     let rotary = joint.is_rotary();
     let degrees = 1_f64.to_degrees();
     let (keys, factors) = if rotary {
@@ -521,6 +529,7 @@ fn put_friction(
         }
         Ok(fit) => fit,
     };
+    report.force_left = Some(fit.left);
     if !known {
         let (c, e) = fit.coulomb;
         report.friction_in_unit = Some(([c, e.unwrap_or(f64::INFINITY)], unit_name));
@@ -532,10 +541,12 @@ fn put_friction(
     // N s²/mm are 1,000 kg, N mm s² are a thousandth of a kg m².
     let to_mass = if rotary { 1e-3 } else { 1e3 };
     report.moved_mass = Some(fit.mass.map(|m| m * to_mass));
-    let reason = if drive.is_none() { "the machine file states no drive: add [joint.drive] with a first guess" } else { "" };
+    let reason =
+        if drive.is_none() { "the machine file states no drive: add [joint.drive] with a first guess" } else { "" };
     let of = |(v, e): (f64, Option<f64>), k: usize| Some((v * factors[k], e.map(|e| e * factors[k])));
     let below = |v: f64, e: Option<f64>| v < 0.0 || e.is_some_and(|e| v < 2.0 * e);
-    let why = |v: (f64, Option<f64>)| if reason.is_empty() && below(v.0, v.1) { "not different from zero" } else { reason };
+    let why =
+        |v: (f64, Option<f64>)| if reason.is_empty() && below(v.0, v.1) { "not different from zero" } else { reason };
     sink.put(Table::Drive, keys[0], before[0], of(fit.coulomb, 0), false, why(fit.coulomb));
     sink.put(Table::Drive, keys[1], before[1], of(fit.viscous, 1), false, why(fit.viscous));
     if fit.correlation.abs() > LISTED_CORRELATION {

@@ -5,7 +5,7 @@ use std::path::Path;
 use proveout_input::{InputError, InputFault};
 use proveout_machine::Machine;
 use proveout_nc::builtin_controls;
-use toml_edit::{DocumentMut, Item, Table as TomlTable, Value, value};
+use toml_edit::{DocumentMut, Item, Table as TomlTable, TableLike, Value, value};
 
 use crate::calibration::{Calibration, Parameter, Table};
 
@@ -41,7 +41,8 @@ pub fn with_error(number: f64, error: f64) -> String {
 /// stand together.
 pub fn calibrated_machine(file: &Path, text: &str, found: &Calibration) -> Result<String, InputError> {
     let fault = |message: String, remedy: &str| -> InputError {
-        InputFault { code: "calibrate", file: file.into(), message, remedy: remedy.into(), ..InputFault::default() }.into()
+        InputFault { code: "calibrate", file: file.into(), message, remedy: remedy.into(), ..InputFault::default() }
+            .into()
     };
     let mut document: DocumentMut = text
         .parse()
@@ -50,8 +51,12 @@ pub fn calibrated_machine(file: &Path, text: &str, found: &Calibration) -> Resul
         put(&mut document, parameter, &found.source)
             .ok_or_else(|| fault(format!("there is no table for {}", parameter.key), "name the file of the machine"))?;
     }
-    let traces: Vec<String> = found.traces.iter().map(|[name, digest]| format!("# {name}: sha256 {digest}\n")).collect();
-    let head = format!("# Values with the source \"fitted\" come from measured traces (`proveout calibrate fit`):\n{}", traces.concat());
+    let traces: Vec<String> =
+        found.traces.iter().map(|[name, digest]| format!("# {name}: sha256 {digest}\n")).collect();
+    let head = format!(
+        "# Values with the source \"fitted\" come from measured traces (`proveout calibrate fit`):\n{}",
+        traces.concat()
+    );
     let out = format!("{head}{document}");
     Machine::from_text(file, &out)?;
     Ok(out)
@@ -71,7 +76,7 @@ fn joint<'d>(document: &'d mut DocumentMut, name: &str) -> Option<&'d mut TomlTa
 }
 
 /// Sets a number and keeps the comment beside it.
-fn set(table: &mut TomlTable, key: &str, number: f64) {
+fn set(table: &mut dyn TableLike, key: &str, number: f64) {
     let decor = table.get(key).and_then(Item::as_value).map(|v| v.decor().clone());
     let mut new = value(number);
     if let (Some(decor), Some(value)) = (decor, new.as_value_mut()) {
@@ -80,7 +85,7 @@ fn set(table: &mut TomlTable, key: &str, number: f64) {
     table.insert(key, new);
 }
 
-fn number(table: &TomlTable, key: &str) -> Option<f64> {
+fn number(table: &dyn TableLike, key: &str) -> Option<f64> {
     let item = table.get(key)?.as_value()?;
     match item {
         Value::Float(v) => Some(*v.value()),
@@ -146,7 +151,7 @@ fn put(document: &mut DocumentMut, parameter: &Parameter, source: &str) -> Optio
         }
         (Table::Drive, Some(name)) => {
             let table = joint(document, name)?;
-            let drive = table.get_mut("drive")?.as_table_mut()?;
+            let drive = table.get_mut("drive")?.as_table_like_mut()?;
             let of = |linear: &'static str, turning: &'static str| match parameter.key {
                 "coulomb_friction_N" => Some(linear),
                 "coulomb_friction_Nm" => Some(turning),

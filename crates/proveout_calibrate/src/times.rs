@@ -1,7 +1,6 @@
 //! Times of standstills by what the program asks for there: tool changes, dwells, M words.
 
 use proveout_nc::{Command, Dwell, Op, ToolAction};
-use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::{fit::moves::at_rest, trace::Trace};
@@ -14,7 +13,7 @@ pub struct WordTimes {
 }
 
 /// Time of one kind of standstill.
-#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WordTime {
     /// What the program asks for.
     pub word: &'static str,
@@ -52,7 +51,8 @@ impl WordTimes {
         for trace in traces {
             let Some(block) = &trace.block else { continue };
             if let Some(line) = block.iter().find(|b| **b > self.lines) {
-                let message = format!("line {line} is in the trace {}, and the program has {} lines", trace.name, self.lines);
+                let message =
+                    format!("line {line} is in the trace {}, and the program has {} lines", trace.name, self.lines);
                 return Err((message, "name the program that was recorded"));
             }
             let rest = at_rest(trace);

@@ -39,8 +39,10 @@ pub(crate) struct CalibratePlanArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Columns are found by their names (time_s, X_command_mm, X_actual_mm, X_force_N, C_torque_Nm, block, \
-                        override_percent), or named in a file of --columns. See docs/calibrate.md.")]
+#[command(
+    after_help = "Columns are found by their names (time_s, X_command_mm, X_actual_mm, X_force_N, C_torque_Nm, block, \
+                        override_percent), or named in a file of --columns. See docs/calibrate.md."
+)]
 pub(crate) struct CalibrateFitArgs {
     /// Folder of the scene, or its scene.toml
     pub(crate) scene: PathBuf,

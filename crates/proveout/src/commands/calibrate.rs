@@ -10,11 +10,12 @@ use proveout_calibrate::{
 use proveout_machine::Machine;
 use proveout_nc::{Dialect, Program, ProgramText, detect};
 use proveout_sim::{
-    Choice, InputError, Prepared, RunFolder, SimError, control_of, read_input, read_regular_text,
+    Choice, InputError, Prepared, RunFolder, SimError, control_of,
+    finding::{Family, Severity},
+    read_input, read_regular_text,
     run::{RunResult, run},
     scene::Scene,
     verdict::{Gate, State},
-    finding::{Family, Severity},
     with_machine,
 };
 
@@ -77,8 +78,10 @@ fn plan(args: &CalibratePlanArgs) -> Result<(), Failure> {
         },
     };
     if dialect == Dialect::Auto {
-        return Err(Failure::new("neither machine nor scene name a control, and the ending of the file names no language")
-            .with_help("name it with --dialect: siemens-840d, heidenhain, fanuc, haas or linuxcnc"));
+        return Err(Failure::new(
+            "neither machine nor scene name a control, and the ending of the file names no language",
+        )
+        .with_help("name it with --dialect: siemens-840d, heidenhain, fanuc, haas or linuxcnc"));
     }
     let failed = |e: PlanError| Failure::new(e.message).with_help(e.help);
     let program = AirProgram::new(&machine, &ranges).map_err(failed)?;
@@ -205,8 +208,9 @@ fn fit(args: &CalibrateFitArgs) -> Result<(), Failure> {
     }
     let written = found.parameters.iter().filter(|p| p.written).count();
     if written == 0 {
-        return Err(Failure::new("the traces determine no value of the machine file: nothing is written")
-            .with_help("record the program of `proveout calibrate plan`, with command and actual positions, at 1 kHz"));
+        return Err(Failure::new("the traces determine no value of the machine file: nothing is written").with_help(
+            "record the program of `proveout calibrate plan`, with command and actual positions, at 1 kHz",
+        ));
     }
     let new = calibrated_machine(&args.output, &text, &found).map_err(input)?;
     put_bytes(&args.output, args.force, new)?;
@@ -276,7 +280,10 @@ fn print_joint(joint: &JointReport, found: &Calibration) {
     }
     let own = |p: &&Parameter| p.joint.as_deref() == Some(joint.name.as_str());
     for p in found.parameters.iter().filter(own) {
-        let before = p.before.map_or_else(|| "none".to_owned(), |v| format!("{:.6}", v).trim_end_matches('0').trim_end_matches('.').to_owned());
+        let before = p.before.map_or_else(
+            || "none".to_owned(),
+            |v| format!("{:.6}", v).trim_end_matches('0').trim_end_matches('.').to_owned(),
+        );
         match (p.written, p.estimate, p.standard_error) {
             (true, Some(v), Some(e)) => say!("  {}: {}, before {before}", p.key, with_error(v, e)),
             _ => say!("  {}: stays {before}: {}", p.key, p.reason),

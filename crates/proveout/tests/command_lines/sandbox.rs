@@ -151,10 +151,7 @@ pub(crate) fn sandbox() -> TempDir {
     write("mill/machine.toml", mill.split_once("[[body]]").map_or(mill.as_str(), |(head, _)| head));
     write("mill/scene.toml", MILL);
     write("air.csv", &air());
-    write(
-        "columns.toml",
-        "time = \"time_s\"\n\n[[joint]]\nname = \"X\"\nunit = \"mm\"\ncommand = \"X_command_mm\"\n",
-    );
+    write("columns.toml", "time = \"time_s\"\n\n[[joint]]\nname = \"X\"\nunit = \"mm\"\ncommand = \"X_command_mm\"\n");
     write("backwards.csv", "time_s,X_command_mm\n0.001,0\n0.000,0\n");
     write("before/tools.toml", "[[tool]]\nnumber = 1\ngauge_length_is = \"measured\"\n");
     write("part.stl", &block());

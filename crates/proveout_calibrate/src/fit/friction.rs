@@ -40,10 +40,8 @@ pub(crate) struct FrictionFit {
     pub(crate) viscous: (f64, Option<f64>),
     /// Correlation of both.
     pub(crate) correlation: f64,
-    /// Standard deviation of the residuals.
+    /// Standard deviation of the residuals, in the unit of the force.
     pub(crate) left: f64,
-    /// Blocks of either direction.
-    pub(crate) blocks: [usize; 2],
 }
 
 /// Velocity at a row by the straight line through its neighbors.
@@ -82,7 +80,7 @@ pub(crate) fn fit_friction(
             return Err(format!("rows are {:.0} ms apart: a ramp is over before its force is read", 1e3 * trace.step));
         }
         let mut at = one.moving.start;
-        while at + length < one.moving.end {
+        while at.saturating_add(length) < one.moving.end {
             let end = at + length;
             let (Some(v0), Some(v1)) = (velocity(signal, &trace.time, at), velocity(signal, &trace.time, end)) else {
                 break;
@@ -132,6 +130,5 @@ pub(crate) fn fit_friction(
         viscous: of(2),
         correlation: correlations[(1, 2)],
         left: variance.sqrt(),
-        blocks,
     })
 }

@@ -152,11 +152,8 @@ impl Law {
         let full = acceleration / jerk;
         // Speed of a move that only just reaches it: v T(v) = way, T the time of a ramp.
         let with_hold = 0.5 * acceleration * ((full * full + 4.0 * way / acceleration).sqrt() - full);
-        let reached = if with_hold >= acceleration * full {
-            with_hold
-        } else {
-            (0.5 * way).powf(2.0 / 3.0) * jerk.cbrt()
-        };
+        let reached =
+            if with_hold >= acceleration * full { with_hold } else { (0.5 * way).powf(2.0 / 3.0) * jerk.cbrt() };
         let v = velocity.min(reached);
         let (rise, ramp) = if v >= acceleration * full {
             (full, v / acceleration + full)
@@ -258,10 +255,9 @@ mod tests {
                 for k in 0..60 {
                     let t = law.duration * f64::from(k) / 50.0;
                     let n = 4000;
-                    let mean = (0..n)
-                        .map(|i| plain.position(t - times[0] * (f64::from(i) + 0.5) / f64::from(n)))
-                        .sum::<f64>()
-                        / f64::from(n);
+                    let mean =
+                        (0..n).map(|i| plain.position(t - times[0] * (f64::from(i) + 0.5) / f64::from(n))).sum::<f64>()
+                            / f64::from(n);
                     // The sum has steps of a 4000th of the average, at up to 400 mm/s: its error is of the
                     // second order, below 1e-6 mm.
                     assert!((law.position(t) - mean).abs() < 1e-6, "{smooth:?} {length} {t}");

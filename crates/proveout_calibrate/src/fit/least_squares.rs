@@ -226,8 +226,7 @@ pub(crate) fn covariance(h: &DMatrix<f64>, inflation: f64) -> (Vec<Option<f64>>,
     let carries = |k: usize| eigen.eigenvalues[k] > RANK * largest;
     let known: Vec<bool> = (0..n)
         .map(|p| {
-            let lost: f64 =
-                (0..n).filter(|k| !carries(*k)).map(|k| eigen.eigenvectors[(p, k)].powi(2)).sum();
+            let lost: f64 = (0..n).filter(|k| !carries(*k)).map(|k| eigen.eigenvectors[(p, k)].powi(2)).sum();
             scale[p] > 0.0 && lost < UNKNOWN_SHARE
         })
         .collect();

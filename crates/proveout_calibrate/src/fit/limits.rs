@@ -113,10 +113,8 @@ impl Data {
         // Rows with errors of the clock: a step of the time that is not kept shifts the place.
         let jitter = if trace.even { 0.0 } else { 0.02 * trace.step };
         let floor = 1e-12 * (begin.abs() + end.abs()).max(1.0);
-        let deviation = speed
-            .iter()
-            .map(|v| (signal.variance(*v, trace.step) + (v * jitter).powi(2)).sqrt().max(floor))
-            .collect();
+        let deviation =
+            speed.iter().map(|v| (signal.variance(*v, trace.step) + (v * jitter).powi(2)).sqrt().max(floor)).collect();
         let mut data = Self {
             time,
             place,
@@ -302,15 +300,13 @@ fn fit_kind(kind: LawKind, data: &[Data], velocity: f64, acceleration: f64) -> O
             .flat_map(|rise| [1.0, 1.6].map(|k| [k * acceleration, k * acceleration / rise]))
             .collect(),
         LawKind::Trapezoid => [0.8, 1.0, 1.5].map(|k| [k * acceleration, 0.0]).to_vec(),
-        LawKind::SmoothedTrapezoid => FIRST_RISES
-            .iter()
-            .flat_map(|rise| [1.0, 1.6].map(|k| [k * acceleration, *rise]))
-            .collect(),
+        LawKind::SmoothedTrapezoid => {
+            FIRST_RISES.iter().flat_map(|rise| [1.0, 1.6].map(|k| [k * acceleration, *rise])).collect()
+        }
         LawKind::OneAverage => [0.6, 1.0, 1.5].map(|k| [k * velocity / acceleration, 0.0]).to_vec(),
-        LawKind::TwoAverages => FIRST_RISES
-            .iter()
-            .flat_map(|rise| [0.6, 1.0, 1.5].map(|k| [k * velocity / acceleration, *rise]))
-            .collect(),
+        LawKind::TwoAverages => {
+            FIRST_RISES.iter().flat_map(|rise| [0.6, 1.0, 1.5].map(|k| [k * velocity / acceleration, *rise])).collect()
+        }
     };
     // The two best begins of a coarse look, then their minima.
     let mut tried: Vec<(f64, Vec<f64>)> = starts
@@ -337,7 +333,7 @@ fn fit_kind(kind: LawKind, data: &[Data], velocity: f64, acceleration: f64) -> O
         shape.swap(0, 1);
         order.swap(1, 2);
     }
-    let known = |k: usize| (k < problem.shared).then(|| minimum.errors.get(k).copied().flatten()).flatten();
+    let known = |k: usize| minimum.errors.get(k).copied().flatten().filter(|_| k < problem.shared && minimum.converged);
     let errors = order.map(known);
     let correlations = order.map(|i| {
         order.map(|k| if i < problem.shared && k < problem.shared { minimum.correlations[(i, k)] } else { 0.0 })
@@ -373,7 +369,9 @@ fn misfits(fit: &KindFit, data: &[Data]) -> Vec<f64> {
 fn chosen(mut moves: Vec<Move>) -> Vec<Move> {
     if moves.len() > MOST_MOVES {
         let key = |m: &Move| (m.to - m.from).abs();
-        moves.sort_by(|a, b| key(b).total_cmp(&key(a)).then(a.trace.cmp(&b.trace)).then(a.rows.start.cmp(&b.rows.start)));
+        moves.sort_by(|a, b| {
+            key(b).total_cmp(&key(a)).then(a.trace.cmp(&b.trace)).then(a.rows.start.cmp(&b.rows.start))
+        });
         // Evenly over the order of lengths.
         let count = moves.len();
         moves = (0..MOST_MOVES).filter_map(|k| moves.get(k * (count - 1) / (MOST_MOVES - 1)).cloned()).collect();

@@ -108,7 +108,7 @@ pub(crate) fn moves(index: usize, trace: &Trace) -> Vec<JointMoves> {
         // Half of a rest belongs to either neighbor.
         let first = if before == 0 { 0 } else { before + (run.start - before) / 2 };
         let last = if after == rows { rows } else { run.end + (after - run.end) / 2 };
-        let whole = first.max(run.start.saturating_sub(margin))..last.min(run.end + margin);
+        let whole = first.max(run.start.saturating_sub(margin))..last.min(run.end.saturating_add(margin));
         let movers: Vec<usize> = by_joint
             .iter()
             .enumerate()

@@ -238,7 +238,8 @@ impl ServoProblem {
             if best.as_ref().is_none_or(|(b, _)| found.cost < b.cost * (1.0 - SAME)) {
                 best = Some((found, self.start.clone()));
             }
-            if best.as_ref().is_some_and(|(b, _)| b.cost < GOOD * b.rows as f64 && b.errors.iter().all(Option::is_some)) {
+            if best.as_ref().is_some_and(|(b, _)| b.cost < GOOD * b.rows as f64 && b.errors.iter().all(Option::is_some))
+            {
                 break;
             }
         }
@@ -346,8 +347,9 @@ pub(crate) fn fit_servo(
     traces: &[Trace],
 ) -> Result<ServoFit, String> {
     let start = start.ok_or("the machine file states no drive: add [joint.drive] with a first guess")?;
-    let inertia = inertia
-        .ok_or("neither moving_mass_kg (moving_inertia_kg_m2) nor masses of bodies are stated: gains count over them")?;
+    let inertia = inertia.ok_or(
+        "neither moving_mass_kg (moving_inertia_kg_m2) nor masses of bodies are stated: gains count over them",
+    )?;
     let mut start = start.clone();
     let mut known = Vec::new();
     if let Some(KnownFriction { coulomb, viscous }) = friction {
@@ -420,13 +422,15 @@ pub(crate) fn fit_servo(
             LEAST_STEPS * coarsest * factor
         ));
     }
-    let mut list = vec![ServoParameter::PositionGain, ServoParameter::VelocityFeedForward, ServoParameter::VelocityGain];
+    let mut list =
+        vec![ServoParameter::PositionGain, ServoParameter::VelocityFeedForward, ServoParameter::VelocityGain];
     list.extend(start.integral_time.map(|_| ServoParameter::IntegralTime));
     list.push(ServoParameter::AccelerationFeedForward);
     let loops = list.clone();
     list.extend([ServoParameter::CoulombFriction, ServoParameter::ViscousFriction]);
     list.extend(start.elastic.map(|_| ServoParameter::ElasticFrequency));
-    let mut problem = ServoProblem { start, inertia, cycle, every, stretches, list: Vec::new(), all: Vec::new(), known };
+    let mut problem =
+        ServoProblem { start, inertia, cycle, every, stretches, list: Vec::new(), all: Vec::new(), known };
     // Few parameters first: a search of all of them from afar ends in one of many hollows.
     problem.choose_start();
     problem.take(&[ServoParameter::PositionGain, ServoParameter::VelocityFeedForward]);
@@ -437,7 +441,6 @@ pub(crate) fn fit_servo(
     let minimum = problem
         .minimum_from_both_sides()
         .ok_or("no stable loop near the machine file's gains follows these set points")?;
-    eprintln!("DEBUG cost {:.1} rows {} infl {:.2} {:?} {:?} {:?}", minimum.cost, minimum.rows, minimum.inflation, problem.list, minimum.parameters, minimum.errors);
     let residuals = problem.residuals(0, &minimum.parameters).unwrap_or_default();
     let deviations: Vec<f64> = problem.stretches.iter().flat_map(|s| s.measured.iter().map(|m| m[1])).collect();
     let squares: f64 = residuals.iter().zip(&deviations).map(|(r, s)| (r * s).powi(2)).sum();

@@ -4,11 +4,10 @@ use std::path::Path;
 
 use proveout_input::{Document, InputError, Step::Item, Step::Key, nearest};
 use proveout_machine::{Joint, Machine};
-use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// Columns of a trace, as written in a file of `--columns`.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ColumnsFile {
     /// Column of the time.
@@ -25,7 +24,7 @@ pub struct ColumnsFile {
 }
 
 /// Columns of a joint.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointColumns {
     /// Name of the joint in the machine file.
@@ -49,7 +48,7 @@ pub struct JointColumns {
 }
 
 /// Unit of a time.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub enum TimeUnit {
     /// Seconds.
     #[default]
@@ -75,7 +74,7 @@ impl TimeUnit {
 }
 
 /// Unit of a position.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub enum PositionUnit {
     /// Millimeters.
     #[default]
@@ -113,7 +112,7 @@ impl PositionUnit {
 }
 
 /// Unit of what the motor gives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 pub enum ForceUnit {
     /// Newton, at the joint.
     N,
@@ -244,7 +243,11 @@ impl JointColumns {
         };
         if self.unit.is_angle() != joint.is_rotary() {
             let kind = if joint.is_rotary() { "rotary" } else { "linear" };
-            return Err(format!("joint {} is {kind}, and its positions are stated in {}", joint.name, self.unit.scale().0));
+            return Err(format!(
+                "joint {} is {kind}, and its positions are stated in {}",
+                joint.name,
+                self.unit.scale().0
+            ));
         }
         let of_force = match self.force_unit {
             Some(ForceUnit::N) => Some(false),

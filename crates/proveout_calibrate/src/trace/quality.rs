@@ -115,9 +115,8 @@ mod tests {
             (state >> 11) as f64 / (1_u64 << 53) as f64
         };
         let mut normal = || (0..12).map(|_| even()).sum::<f64>() - 6.0;
-        let values: Vec<f64> = (0..4000)
-            .map(|i| if i < 2500 { 0.0 } else { 0.4 * f64::from(i - 2500) } + 0.001 * normal())
-            .collect();
+        let values: Vec<f64> =
+            (0..4000).map(|i| if i < 2500 { 0.0 } else { 0.4 * f64::from(i - 2500) } + 0.001 * normal()).collect();
         let found = noise(&values);
         // 310 pieces of 16 rows are looked at an eighth of: 600 differences, 5 percent of their spread; the
         // pieces with the least change are a little quieter than the others.

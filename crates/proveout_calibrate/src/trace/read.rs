@@ -138,9 +138,8 @@ pub fn trace_from_text(
             for (column, into) in [(command, commands), (actual, actuals)] {
                 let Some(column) = column else { continue };
                 let v = number(column)?;
-                within_travel(joint, v * factor).map_err(|(message, remedy)| {
-                    fault(line, format!("column {}: {message}", column.name), remedy)
-                })?;
+                within_travel(joint, v * factor)
+                    .map_err(|(message, remedy)| fault(line, format!("column {}: {message}", column.name), remedy))?;
                 into.push(v);
             }
             if let Some(column) = force {

@@ -49,7 +49,8 @@ fn every_machine_of_the_library_has_one_in_every_language() {
             let settings = proveout_nc::Settings { dialect, ..proveout_nc::Settings::default() };
             let program = Program::from_text(file, text.as_str(), &settings).unwrap_or_else(|e| panic!("{name}: {e}"));
             let settings = Settings { sample_time: Some(0.01), ..Settings::default() };
-            let mut control = Controller::new(program, &machine, &[], settings).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let mut control =
+                Controller::new(program, &machine, &[], settings).unwrap_or_else(|e| panic!("{name}: {e}"));
             let mut moves = 0;
             while let Some(chunk) = control.next_chunk().unwrap_or_else(|e| panic!("{name} {dialect:?}: {e}")) {
                 for event in &chunk.events {

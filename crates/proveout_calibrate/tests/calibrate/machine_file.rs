@@ -18,11 +18,14 @@ fn what_is_found_is_in_the_file_with_its_error_and_the_rest_stays() {
     let recorder = Recorder { every: 2, noise: 1e-3, rounding: 0.0, force_noise: 0.01 };
     let csv = table(&record(&truth, &program), recorder, 5);
     let mut words = WordTimes::new(program.lines().count() as u32);
-    for command in Program::from_text("air.mpf", program.as_str(), &proveout_nc::Settings::default()).expect("a program") {
+    for command in
+        Program::from_text("air.mpf", program.as_str(), &proveout_nc::Settings::default()).expect("a program")
+    {
         words.add(&command.expect("a command"));
     }
     let found = calibrate(&guess, &[trace(&csv, &guess)], Some(&words)).unwrap_or_else(|e| panic!("{e}"));
-    let text = calibrated_machine(Path::new("plant/machine.toml"), &guess_text, &found).unwrap_or_else(|e| panic!("{e}"));
+    let text =
+        calibrated_machine(Path::new("plant/machine.toml"), &guess_text, &found).unwrap_or_else(|e| panic!("{e}"));
     let after = Machine::from_text(Path::new("plant/machine.toml"), &text).unwrap_or_else(|e| panic!("{e}"));
     for (k, axis) in axes.iter().enumerate() {
         let joint = &after.joints[k];
@@ -38,7 +41,10 @@ fn what_is_found_is_in_the_file_with_its_error_and_the_rest_stays() {
         let key = format!("joint.{}.max_jerk_mm_s3", joint.name);
         let trust: Vec<_> = after.trust.iter().filter(|t| t.key == key).collect();
         assert!(trust.len() == 1 && !trust[0].chosen, "{trust:?}");
-        assert!(trust[0].note.contains("fitted to air.csv (sha256 ") && trust[0].note.contains("standard error"), "{trust:?}");
+        assert!(
+            trust[0].note.contains("fitted to air.csv (sha256 ") && trust[0].note.contains("standard error"),
+            "{trust:?}"
+        );
     }
     // Comments stay, and no line but those of the values and notes changes.
     assert!(text.contains("# a guess") && text.contains("name = \"plant\"\n"));

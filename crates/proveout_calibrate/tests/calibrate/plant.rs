@@ -190,7 +190,8 @@ pub(crate) fn record(machine: &Machine, program: &str) -> Recording {
     let mut joints = Vec::new();
     for (j, joint) in machine.joints.iter().enumerate() {
         let drive = joint.drive.as_ref().expect("a drive");
-        let model = DriveModel::new(drive, joint.moving_inertia.expect("a mass"), CYCLE).unwrap_or_else(|e| panic!("{e}"));
+        let model =
+            DriveModel::new(drive, joint.moving_inertia.expect("a mass"), CYCLE).unwrap_or_else(|e| panic!("{e}"));
         let mut state = model.rest(0.0);
         let (mut actual, mut force) = (Vec::new(), Vec::new());
         for (k, sample) in full.iter().enumerate() {
@@ -231,8 +232,7 @@ pub(crate) fn table(recording: &Recording, recorder: Recorder, seed: u64) -> Str
         let _ = write!(out, ",{name}_command_mm,{name}_actual_mm,{name}_force_N");
     }
     out.push('\n');
-    let most: Vec<f64> =
-        recording.joints.iter().map(|j| j[2].iter().fold(0.0_f64, |m, f| m.max(f.abs()))).collect();
+    let most: Vec<f64> = recording.joints.iter().map(|j| j[2].iter().fold(0.0_f64, |m, f| m.max(f.abs()))).collect();
     for row in (0..recording.time.len()).step_by(recorder.every) {
         let _ = write!(out, "{:.6},{}", recording.time[row], recording.line[row]);
         for (joint, most) in recording.joints.iter().zip(&most) {
