@@ -72,8 +72,8 @@ impl AirProgram {
     /// joint along the spindle must have one, since nothing else says how far down is safe.
     ///
     /// # Errors
-    /// [`PlanError`]: a range outside of the travel, without home in it, or not given for the spindle's joint;
-    /// a joint without velocity or with a name that no program can address.
+    /// [`PlanError`]: a range outside of the travel, without home in it, or not given for the joint along the
+    /// spindle; a joint without velocity.
     pub fn new(machine: &Machine, ranges: &[(String, [f64; 2])]) -> Result<Self, PlanError> {
         for (k, (name, _)) in ranges.iter().enumerate() {
             if machine.joint(name).is_none() {

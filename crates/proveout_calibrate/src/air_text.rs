@@ -1,7 +1,7 @@
 //! The text of an air program in the languages of four controls.
 //!
-//! Every block names one axis in machine coordinates and is followed by a dwell. Where a language has no feed in
-//! machine coordinates (G53 of an ISO control), moves are increments from a place that G53 has reached.
+//! Every block names one axis in machine coordinates and is followed by a dwell. Where a language has no feed
+//! in machine coordinates (G53 of an ISO control), moves are increments from a place that G53 has reached.
 
 use std::fmt::Write as _;
 

@@ -4,11 +4,12 @@
 //!   over a block of length h:   F = M (v1 - v0) / h + Fc sign(v) + b (x1 - x0) / h + g
 //! ```
 //!
-//! F is the mean of the measured force, v0 and v1 the velocities at the block's ends, M the moved mass, g the
-//! load that does not depend on the motion (weight). The balance holds exactly for any motion within the block,
-//! and is linear in M, Fc, b and g (Erkorkmaz and Altintas 2001, who filter instead of integrating). Blocks in
-//! which the joint turns back, rests, or is slower than the Stribeck range are left out. For rotary joints the
-//! sine and the cosine of the position are added to g: the weight of what leans out.
+//! F is the mean of the measured force, v0 and v1 the velocities at the block's ends, M the moved mass, g
+//! the load that does not depend on the motion (weight). The balance holds exactly for any motion within
+//! the block, and is linear in M, Fc, b and g (Erkorkmaz and Altintas 2001, who filter instead of
+//! integrating). Blocks in which the joint turns back, rests, or is slower than the Stribeck range are left
+//! out. For rotary joints the sine and the cosine of the position are added to g: the weight of what leans
+//! out.
 
 use nalgebra::{DMatrix, DVector};
 

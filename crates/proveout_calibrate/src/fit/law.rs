@@ -12,9 +12,10 @@
 //!   average over T:  c (t-s)^n/n!  ->  c/T [ (t-s)^(n+1)/(n+1)! - (t-s-T)^(n+1)/(n+1)! ]
 //! ```
 //!
-//! Moving averages are the interpolators of many controls (finite impulse response; Ward, Sencer, Jones, Ozturk
-//! 2021). On moves that reach V, one average over T after a trapezoid makes the jerk A/T, and two averages
-//! over T1 and T2 after a pulse make A = V/T1 and J = V/(T1 T2): these laws differ on short moves alone.
+//! Moving averages are the interpolators of many controls (finite impulse response; Ward, Sencer, Jones,
+//! Ozturk 2021). On moves that reach V, one average over T after a trapezoid makes the jerk A/T, and two
+//! averages over T1 and T2 after a pulse make A = V/T1 and J = V/(T1 T2): these laws differ on short moves
+//! alone.
 
 /// Averages shorter than this (s) change nothing that a trace shows.
 const SHORTEST_AVERAGE: f64 = 1e-7;

@@ -1,5 +1,5 @@
-//! Bounded nonlinear least squares with standard errors: Gauss-Newton with the damping of Marquardt (1963), and
-//! a rank test.
+//! Bounded nonlinear least squares with standard errors: Gauss-Newton with the damping of Marquardt (1963),
+//! and a rank test.
 //!
 //! Residuals come in blocks (one move each), already divided by their standard deviations, so that the sum of
 //! squares has the expectation of its degrees of freedom. A block names the parameters that it depends on;

@@ -1,10 +1,10 @@
-//! Velocity, acceleration and jerk of a joint, or the moving averages of its interpolator, from the set points of
-//! its moves.
+//! Velocity, acceleration and jerk of a joint, or the moving averages of its interpolator, from the set
+//! points of its moves.
 //!
-//! All moves share velocity and shape of one law (`law.rs`). Each move has its begin and its places before and
-//! after as parameters of its own, and a move that runs steadily below the fastest one has its own velocity: a
-//! move in feed. The rows at rest count as one reading at each end, since rounding makes their errors the same.
-//! Each kind of law is fitted; the smallest criterion of Akaike (1974) decides.
+//! All moves share velocity and shape of one law (`law.rs`). Each move has its begin and its places before
+//! and after as parameters of its own, and a move that runs steadily below the fastest one has its own
+//! velocity: a move in feed. The rows at rest count as one reading at each end, since rounding makes their
+//! errors the same. Each kind of law is fitted; the smallest criterion of Akaike (1974) decides.
 
 use super::{
     law::{LawKind, LawShape},

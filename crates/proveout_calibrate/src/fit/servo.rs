@@ -1,11 +1,11 @@
 //! Gains of a drive from its following error: the twin's own drive model, run along the fitted set points.
 //!
-//! The measured error `command - actual` is compared with that of `DriveModel` (`proveout_controller::servo`)
-//! along all moves of a joint, rests between them included, so that integrator and friction have their history.
-//! Position gain, feed-forward, velocity loop, integral time and friction over mass are fitted together; all but
-//! the first two are there so that their errors widen those of the gain. A steady stretch shows only
-//! `(1 - alpha) / Kv`; what separates gain and feed-forward are the transients, so a trace that is too coarse
-//! for them is refused by name.
+//! The measured error `command - actual` is compared with that of `DriveModel`
+//! (`proveout_controller::servo`) along the first moves of a joint, rests between them included, so that
+//! integrator and friction have their history. Position gain, feed-forward, velocity loop, integral time
+//! and friction over mass are fitted together; all but the first two are there so that their errors widen
+//! those of the gain. A steady stretch shows only `(1 - alpha) / Kv`; what separates gain and feed-forward
+//! are the transients, so a trace that is too coarse for them is refused by name.
 //!
 //! *Two drives with one answer.* With the mass as one, the stiff loop from set point to position is
 //!
@@ -101,7 +101,7 @@ struct ServoProblem {
     known: Vec<(ServoParameter, f64, f64)>,
 }
 
-/// Dry and viscous friction over the moved mass from the motor's force, each with its standard error as a part.
+/// Dry and viscous friction over the moved mass from the force, each with its standard error as a part.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct KnownFriction {
     pub(crate) coulomb: [f64; 2],

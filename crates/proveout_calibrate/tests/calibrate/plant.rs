@@ -1,5 +1,5 @@
-//! The twin as plant: a machine with known limits and drives runs its air program, and the joints are read as a
-//! recorder would.
+//! The twin as plant: a machine with known limits and drives runs its air program, and is read as a
+//! recorder would read it.
 
 use std::{fmt::Write as _, path::Path};
 
