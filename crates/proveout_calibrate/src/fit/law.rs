@@ -36,7 +36,7 @@ pub enum LawKind {
 }
 
 impl LawKind {
-    /// All kinds; of two that fit alike, the first is taken.
+    /// All kinds; of those that fit alike, the first with the fewest parameters is taken.
     pub const ALL: [Self; 5] =
         [Self::JerkLimited, Self::Trapezoid, Self::SmoothedTrapezoid, Self::OneAverage, Self::TwoAverages];
 

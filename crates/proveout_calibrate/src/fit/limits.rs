@@ -422,7 +422,9 @@ pub(crate) fn fit_limits<'t>(
         let mut fits: Vec<KindFit> =
             LawKind::ALL.into_iter().filter_map(|kind| fit_kind(kind, &data, velocity, acceleration)).collect();
         let lowest = fits.iter().map(|f| f.criterion).reduce(f64::min)?;
-        let place = fits.iter().position(|f| f.criterion <= lowest + ALIKE)?;
+        // Of those that fit alike the one with the fewest parameters, then the first.
+        let alike = fits.iter().enumerate().filter(|(_, f)| f.criterion <= lowest + ALIKE);
+        let (place, _) = alike.min_by_key(|(k, f)| (f.kind.shape_parameters(), *k))?;
         let best = fits.remove(place);
         let alike = fits.iter().filter(|f| f.criterion <= lowest + ALIKE).map(|f| f.kind).collect();
         let all = misfits(&best, &data);

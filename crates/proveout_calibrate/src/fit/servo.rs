@@ -48,6 +48,12 @@ const CYCLE_S: f64 = 1e-3;
 const GUESSED_FREQUENCY: f64 = 0.3;
 /// Mean square of the residuals, in squares of their deviations, of a fit that explains them.
 const GOOD: f64 = 1.2;
+/// The same of one that does not ...
+const MISFIT: f64 = 4.0;
+/// ... where it also leaves more than this part of the largest following error.
+const LEFT: f64 = 0.01;
+/// Drives of the net from which a search begins.
+const TRIED: usize = 6;
 /// Costs that differ by less than this part are the same.
 const SAME: f64 = 1e-3;
 /// Relative width of a difference.
@@ -165,21 +171,27 @@ impl ServoProblem {
         self.cost_at(&self.begin())
     }
 
-    /// The best of a coarse net of gains and feed-forwards.
-    fn choose_start(&mut self) {
+    /// Drives of a coarse net over speed and shape of the loops and both feed-forwards, the best first.
+    fn net(&mut self) -> Vec<Drive> {
         let given = self.start.clone();
-        let mut best = (self.cost(), given.clone());
+        let mut all = vec![(self.cost(), given.clone())];
         for alpha in [0.0, 0.5, 0.9, 1.0] {
-            for factor in [0.5, 0.7, 1.0, 1.4, 2.0] {
-                self.start = faster(&given, factor);
-                self.start.velocity_feed_forward = alpha;
-                let cost = self.cost();
-                if cost < best.0 {
-                    best = (cost, self.start.clone());
+            for beta in [0.0, 0.5, 1.0] {
+                for factor in [0.6, 0.8, 1.0, 1.25, 1.6] {
+                    for apart in [1.0, 0.7] {
+                        let mut d = faster(&given, factor);
+                        (d.velocity_feed_forward, d.acceleration_feed_forward) = (alpha, beta);
+                        d.position_gain *= apart;
+                        d.integral_time = d.integral_time.map(|t| t * apart);
+                        self.start = d.clone();
+                        all.push((self.cost(), d));
+                    }
                 }
             }
         }
-        self.start = best.1;
+        self.start = given;
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.into_iter().map(|(_, d)| d).collect()
     }
 
     /// Of two drives with the same answer, the one whose position loop is the slower one.
@@ -201,57 +213,39 @@ impl ServoProblem {
         }
     }
 
-    /// The same from both ends of the acceleration's feed-forward and from the value of the file, and with the
-    /// position loop further below the velocity loop: where Kv is 1/Tn, the minimum is a saddle (see above).
-    fn settle_from_both_ends(&mut self) {
-        let given = self.start.clone();
-        let mut best: Option<(f64, Drive)> = None;
-        for beta in [given.acceleration_feed_forward, 0.0, 1.0] {
-            for apart in [1.0, 0.75] {
-                self.start = Drive { acceleration_feed_forward: beta, ..given.clone() };
-                self.start.position_gain *= apart;
-                self.start.integral_time = given.integral_time.map(|t| t * apart);
-                self.settle();
-                self.order();
-                let cost = self.cost();
-                if best.as_ref().is_none_or(|(b, _)| cost < *b) {
-                    best = Some((cost, self.start.clone()));
-                }
-            }
-        }
-        if let Some((_, drive)) = best {
-            self.start = drive;
-        }
-    }
-}
-
-impl ServoProblem {
-    /// The minimum of all parameters from here, and from a position loop further below the velocity loop.
-    fn minimum_from_both_sides(&mut self) -> Option<Minimum> {
-        let given = self.start.clone();
+    /// The best minimum of all parameters from the best drives of the net: first the loops alone, then with
+    /// friction and elasticity. Where Kv is 1/Tn the minimum is a saddle (see above), and a search may end
+    /// there.
+    fn minimum_from_the_net(&mut self, loops: &[ServoParameter], list: &[ServoParameter]) -> Option<Minimum> {
         let mut best: Option<(Minimum, Drive)> = None;
-        for apart in [1.0, 0.8, 0.6] {
-            self.start = given.clone();
-            self.start.position_gain *= apart;
-            self.start.integral_time = given.integral_time.map(|t| t * apart);
+        for drive in self.net().into_iter().take(TRIED) {
+            self.start = drive;
+            self.take(loops);
+            self.settle();
+            self.order();
+            self.take(list);
             let Some(found) = minimize(self, &self.begin()).filter(|m| m.converged) else { continue };
+            let good = found.cost < GOOD * found.rows as f64 && found.errors.iter().all(Option::is_some);
             if best.as_ref().is_none_or(|(b, _)| found.cost < b.cost * (1.0 - SAME)) {
                 best = Some((found, self.start.clone()));
             }
-            if best.as_ref().is_some_and(|(b, _)| b.cost < GOOD * b.rows as f64 && b.errors.iter().all(Option::is_some))
-            {
+            if good {
                 break;
             }
         }
         let (minimum, start) = best?;
         self.start = start;
+        self.take(list);
         let drive = self.drive(&minimum.parameters);
         if drive.integral_time.is_some_and(|t| t * drive.position_gain > 1.0) {
             // The same answer with both changed: the position loop is the slower one.
-            self.start = drive;
+            let start = std::mem::replace(&mut self.start, drive);
             self.order();
             let swapped = minimize(self, &self.begin()).filter(|m| m.converged && m.cost < minimum.cost * (1.0 + SAME));
-            return swapped.or(Some(minimum));
+            if swapped.is_some() {
+                return swapped;
+            }
+            self.start = start;
         }
         Some(minimum)
     }
@@ -431,20 +425,21 @@ pub(crate) fn fit_servo(
     list.extend(start.elastic.map(|_| ServoParameter::ElasticFrequency));
     let mut problem =
         ServoProblem { start, inertia, cycle, every, stretches, list: Vec::new(), all: Vec::new(), known };
-    // Few parameters first: a search of all of them from afar ends in one of many hollows.
-    problem.choose_start();
-    problem.take(&[ServoParameter::PositionGain, ServoParameter::VelocityFeedForward]);
-    problem.settle();
-    problem.take(&loops);
-    problem.settle_from_both_ends();
-    problem.take(&list);
     let minimum = problem
-        .minimum_from_both_sides()
+        .minimum_from_the_net(&loops, &list)
         .ok_or("no stable loop near the machine file's gains follows these set points")?;
     let residuals = problem.residuals(0, &minimum.parameters).unwrap_or_default();
     let deviations: Vec<f64> = problem.stretches.iter().flat_map(|s| s.measured.iter().map(|m| m[1])).collect();
     let squares: f64 = residuals.iter().zip(&deviations).map(|(r, s)| (r * s).powi(2)).sum();
     let left = (squares / residuals.len().max(1) as f64).sqrt();
+    if minimum.cost > MISFIT * minimum.rows as f64 && left > LEFT * largest {
+        return Err(format!(
+            "the drive model leaves {:.5} {unit} of a following error of {:.5} {unit}: this drive has another structure, or \
+             its start in the machine file is too far off",
+            left * factor,
+            largest * factor
+        ));
+    }
     let drive = problem.drive(&minimum.parameters);
     Ok(ServoFit { drive, list: problem.list.clone(), minimum, left, largest })
 }

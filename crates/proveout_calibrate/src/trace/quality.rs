@@ -51,6 +51,11 @@ pub(crate) fn quantum(values: &[f64]) -> f64 {
                 return 0.0;
             }
         }
+        // Remainders lose digits; the longer way has them.
+        let whole = (d / q).round();
+        if (1.0..MOST_STEPS).contains(&whole) {
+            q = d / whole;
+        }
     }
     // A longer way gives the step with more digits.
     if let Some(d) = steps.iter().rev().find(|d| **d / q < 1e3) {
