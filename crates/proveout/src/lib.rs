@@ -90,6 +90,7 @@ pub fn call(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Job(args) => commands::job::job(&args).map(code),
         Command::Sweep { command } => commands::sweep::sweep(&command).map(code),
         Command::Compare(args) => commands::compare::compare(&args).map(code),
+        Command::Calibrate { command } => commands::calibrate::calibration(&command).map(|()| PASS),
         Command::Verify(args) => commands::verify::verify(&args).map(code),
         Command::Sign(args) => commands::verify::sign(&args).map(|()| PASS),
         Command::Check(args) => commands::check::check(&args).map(|clean| if clean { PASS } else { WRONG }),

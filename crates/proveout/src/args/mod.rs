@@ -1,5 +1,6 @@
 //! The command line: commands here, their options in files by subject.
 
+mod calibrate;
 mod feeds;
 mod folders;
 mod own_part;
@@ -11,7 +12,7 @@ use clap::{
     error::{ContextKind, ContextValue, ErrorKind},
 };
 
-pub(crate) use self::{feeds::*, folders::*, own_part::*, programs::*, runs::*};
+pub(crate) use self::{calibrate::*, feeds::*, folders::*, own_part::*, programs::*, runs::*};
 
 /// A machining digital twin: proves NC programs before the first cut.
 #[derive(Debug, Parser)]
@@ -49,6 +50,11 @@ pub(crate) enum Command {
     /// Run all programs of a scene on the same twin and compare cycle times (with error), joints and cut
     /// parts
     Compare(CompareArgs),
+    /// Learn a machine from measured traces: the air program to record, and the fit with standard errors
+    Calibrate {
+        #[command(subcommand)]
+        command: CalibrateCommand,
+    },
     /// Check scenes, machines, tool libraries, control files and NC programs without running them
     Check(CheckArgs),
     /// Rename old keys in scenes, machines, tool libraries, control files, jobs and sweeps; comments and

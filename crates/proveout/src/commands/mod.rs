@@ -2,6 +2,7 @@
 
 mod advise;
 pub(crate) mod blade;
+pub(crate) mod calibrate;
 pub(crate) mod check;
 pub(crate) mod compare;
 pub(crate) mod diff;

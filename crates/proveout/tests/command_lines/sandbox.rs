@@ -9,6 +9,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use proveout_calibrate::{LawKind, LawShape};
 use tempfile::TempDir;
 
 /// The root of the project.
@@ -85,6 +86,36 @@ chosen = true # as high as the spindle reaches
 blocks = 1000
 "#;
 
+/// A small block on a mill whose machine file is its own.
+const MILL: &str = r#"name = "mill"
+machine = "machine.toml"
+tools = "../tools/axis-cross.toml"
+resolution_mm = 5
+
+[stock]
+box = { min_mm = [-20, -20, 0], max_mm = [20, 20, 20] }
+"#;
+
+/// Set points of X every 2 ms: six lengths there and back, a little faster than the mill is described.
+fn air() -> String {
+    let shape = LawShape { kind: LawKind::JerkLimited, velocity: 620.0, shape: [5200.0, 97_000.0] };
+    let mut text = String::from("time_s,X_command_mm\n");
+    let (mut row, mut at) = (0, -300.0);
+    for length in [600.0, 240.0, 90.0, 30.0, 9.0, 2.4] {
+        for way in [length, -length] {
+            let law = shape.law(way);
+            let rows = ((law.duration + 0.4) / 0.002).ceil() as i32;
+            for k in 0..rows {
+                // Moves begin between two rows.
+                let x = at + law.position(0.002 * f64::from(k) - 0.1007);
+                text += &format!("{:.3},{x:.4}\n", 0.002 * f64::from(row + k));
+            }
+            (row, at) = (row + rows, at + way);
+        }
+    }
+    text
+}
+
 /// Makes the folder.
 pub(crate) fn sandbox() -> TempDir {
     let folder = tempfile::tempdir().expect("temporary folder");
@@ -96,7 +127,7 @@ pub(crate) fn sandbox() -> TempDir {
     for name in ["tests/first-part", "tests/own-machine", "tests/job", "tests/sweep", "tests/feeds"] {
         symlink(root.join(name), to.join(name)).expect("a link");
     }
-    for name in ["out", "part", "bin", "scenes", "before"] {
+    for name in ["out", "part", "bin", "scenes", "before", "mill"] {
         fs::create_dir(to.join(name)).expect("made");
     }
     let write = |name: &str, text: &str| fs::write(to.join(name), text).expect("written");
@@ -114,6 +145,14 @@ pub(crate) fn sandbox() -> TempDir {
         write(name, &stand_in);
     }
     write("before/scene.toml", BEFORE);
+    let mill = fs::read_to_string(root.join("machines/three-axis-mill/machine.toml")).expect("a machine");
+    // Joints, spindle, table and control: without bodies it names no model, and may be written anywhere.
+    let mill = mill.replace("model = \"model.glb\"\n", "");
+    write("mill/machine.toml", mill.split_once("[[body]]").map_or(mill.as_str(), |(head, _)| head));
+    write("mill/scene.toml", MILL);
+    write("air.csv", &air());
+    write("columns.toml", "time = \"time_s\"\n\n[[joint]]\nname = \"X\"\nunit = \"mm\"\ncommand = \"X_command_mm\"\n");
+    write("backwards.csv", "time_s,X_command_mm\n0.001,0\n0.000,0\n");
     write("before/tools.toml", "[[tool]]\nnumber = 1\ngauge_length_is = \"measured\"\n");
     write("part.stl", &block());
     write("joints.csv", "label,X_mm,Y_mm,Z_mm,B_deg,A_deg\nhome,0,0,300,0,0\ntilted,10,20,300,5,-90\n");

@@ -8,6 +8,8 @@ const VALUES: &[(&str, &str, &str, &str)] = &[
     ("run", "--program", "NAME", "main"),
     ("run", "--nc", "FILE", "stand-in.mpf"),
     ("run", "--orientation-maps", "PLACES", "5"),
+    ("calibrate", "", "SCENE", "mill"),
+    ("calibrate", "--trace", "FILE", "air.csv"),
     ("compare", "", "SCENE", "part"),
     ("compare", "--baseline", "NAME", "other"),
     ("check", "", "PATH...", "part"),

@@ -24,6 +24,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
     ("proveout_path", &["geom", "blade", "tool", "machine"]),
     ("proveout_reschedule", &["geom", "blade", "tool", "machine", "path"]),
     ("proveout_controller", &["geom", "blade", "nc", "tool", "machine", "path", "reschedule"]),
+    ("proveout_calibrate", &["input", "nc", "machine", "controller"]),
     ("proveout_stock", &["geom", "tool"]),
     ("proveout_surface", &["input", "geom", "blade", "tool", "stock"]),
     ("proveout_collision", &["geom", "blade", "tool", "machine", "stock"]),
@@ -48,7 +49,7 @@ pub(crate) const MAY_USE: &[(&str, &[&str])] = &[
         ],
     ),
     ("proveout_record", &["geom", "nc", "tool", "machine", "controller", "stock", "surface", "collision", "sim"]),
-    ("proveout", &["geom", "nc", "tool", "machine", "controller", "surface", "sim", "record"]),
+    ("proveout", &["geom", "nc", "tool", "machine", "controller", "calibrate", "surface", "sim", "record"]),
     ("proveout_py", &["geom", "nc", "machine", "controller", "surface", "sim", "record", "proveout"]),
 ];
 
