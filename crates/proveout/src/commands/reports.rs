@@ -9,9 +9,7 @@ use std::{
 };
 
 use proveout_nc::{CODES, ProgramText};
-use proveout_record::exchange::{
-    CaseAnswer, ReportedCase, ReportedItem, ReportedSuite, junit, reported, sarif,
-};
+use proveout_record::exchange::{CaseAnswer, ReportedCase, ReportedItem, ReportedSuite, junit, reported, sarif};
 use proveout_sim::{finding::Severity, verdict::Verdict};
 use serde_json::Map;
 
@@ -83,10 +81,8 @@ impl ProgramTexts {
     /// Path from the folder of the call, where it is below it, and text of a line.
     fn line(&mut self, name: &str, line: Option<u32>) -> (String, String) {
         let Some(path) = self.opened.get(name) else { return (name.to_owned(), String::new()) };
-        let text = self
-            .texts
-            .entry(name.to_owned())
-            .or_insert_with(|| ProgramText::open(&path.display().to_string()).ok());
+        let text =
+            self.texts.entry(name.to_owned()).or_insert_with(|| ProgramText::open(&path.display().to_string()).ok());
         let line = line.and_then(|line| text.as_ref()?.line(line as usize)).unwrap_or_default();
         (from_here(path), line.to_owned())
     }

@@ -136,8 +136,15 @@ mod tests {
             signal.push(f64::from(i) * 0.01, 100.0 + 20.0 * (f64::from(i) * 0.1).sin());
         }
         let lines = |limits| {
-            let strip =
-                SignalStrip { name: "Z".into(), signal: &signal, second: None, limits, marks: vec![], ceiling: None, height: 70.0 };
+            let strip = SignalStrip {
+                name: "Z".into(),
+                signal: &signal,
+                second: None,
+                limits,
+                marks: vec![],
+                ceiling: None,
+                height: 70.0,
+            };
             svg(&[strip], 640.0, 5.0, &[], "Z").matches("class=\"limit\"").count()
         };
         // The signal runs from 80 to 120: limits down to 60 and up to 140 are near.
@@ -153,7 +160,8 @@ mod tests {
         for i in 0..500 {
             signal.push(f64::from(i) * 0.01, if i < 100 { 20_000.0 } else { 300.0 });
         }
-        let text = |ceiling| svg(&[SignalStrip { ceiling, ..SignalStrip::new("F", &signal, 70.0) }], 640.0, 5.0, &[], "F");
+        let text =
+            |ceiling| svg(&[SignalStrip { ceiling, ..SignalStrip::new("F", &signal, 70.0) }], 640.0, 5.0, &[], "F");
         assert!(text(None).contains("15000") || text(None).contains("15\u{202f}000"));
         let low = text(Some(400.0));
         assert!(!low.contains("000</text>") && low.contains("300"), "{low}");

@@ -12,9 +12,7 @@ const MOST_ITEMS: usize = 50;
 
 /// The suites as one JUnit document.
 pub fn junit(suites: &[ReportedSuite]) -> String {
-    let count = |answer| -> usize {
-        suites.iter().flat_map(|s| &s.cases).filter(|c| c.answer == answer).count()
-    };
+    let count = |answer| -> usize { suites.iter().flat_map(|s| &s.cases).filter(|c| c.answer == answer).count() };
     let tests: usize = suites.iter().map(|s| s.cases.len()).sum();
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     let mut line = |text: String| {
@@ -131,12 +129,15 @@ mod tests {
             assert_eq!(counts, [Some(5), Some(1), Some(1), Some(1)]);
         }
         let cases: Vec<_> = root.descendants().filter(|n| n.has_tag_name("testcase")).collect();
-        let inside: Vec<_> = cases.iter().map(|c| c.first_element_child().map(|e| e.tag_name().name().to_owned())).collect();
+        let inside: Vec<_> =
+            cases.iter().map(|c| c.first_element_child().map(|e| e.tag_name().name().to_owned())).collect();
         let named = |name: &str| Some(name.to_owned());
         assert_eq!(inside, [None, named("error"), None, named("failure"), named("skipped")]);
         // The holder in the stock fails the gate of collisions, by file and line.
         let failure = root.descendants().find(|n| n.has_tag_name("failure")).expect("a failure");
-        assert!(failure.text().is_some_and(|t| t.contains("axis/part.mpf:1204") && t.contains("[collision-holder-stock]")));
+        assert!(
+            failure.text().is_some_and(|t| t.contains("axis/part.mpf:1204") && t.contains("[collision-holder-stock]"))
+        );
         assert_eq!(failure.attribute("message"), Some(EVIL));
     }
 

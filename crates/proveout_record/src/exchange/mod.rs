@@ -12,7 +12,7 @@ mod of_verdict;
 mod sarif;
 
 pub use junit::junit;
-pub use of_verdict::reported;
+pub use of_verdict::{LineOf, reported};
 pub use sarif::sarif;
 
 use proveout_sim::finding::Severity;

@@ -122,13 +122,12 @@ struct Region {
 /// [`RecordError::Page`] when a value cannot be written as JSON, which is a fault of this crate.
 pub fn sarif(suites: &[ReportedSuite]) -> Result<String, RecordError> {
     let mut rules: Vec<Rule<'_>> = Vec::new();
-    let mut rule = |id, summary: &'_ str| place(&mut rules, id, summary);
     let mut results = Vec::new();
     let mut notifications = Vec::new();
     let mut seen = std::collections::BTreeMap::<String, u32>::new();
     for suite in suites {
         for item in &suite.items {
-            let rule_index = rule(item.code.as_str(), item.summary.as_str());
+            let rule_index = place(&mut rules, &item.code, &item.summary);
             results.push(result(suite, item, rule_index, &mut seen));
         }
         for case in suite.cases.iter().filter(|c| c.answer == CaseAnswer::Unchecked) {
@@ -136,7 +135,7 @@ pub fn sarif(suites: &[ReportedSuite]) -> Result<String, RecordError> {
             notifications.push(Notification { level: "warning", message: OwnMessage { text: text.clone() } });
             results.push(Outcome {
                 rule_id: UNCHECKED.0,
-                rule_index: rule(UNCHECKED.0, UNCHECKED.1),
+                rule_index: place(&mut rules, UNCHECKED.0, UNCHECKED.1),
                 kind: "open",
                 level: "none",
                 message: OwnMessage { text },
@@ -193,10 +192,10 @@ fn result<'a>(
         let number = seen.entry(digest.clone()).and_modify(|n| *n += 1).or_insert(1);
         fingerprints.insert("codeFileLineText/v1".to_owned(), format!("{digest}:{number}").into());
     }
-    let region = item.line.filter(|line| *line > 0).map(|start_line| Region {
-        start_line,
-        start_column: item.column.filter(|column| *column > 0),
-    });
+    let region = item
+        .line
+        .filter(|line| *line > 0)
+        .map(|start_line| Region { start_line, start_column: item.column.filter(|column| *column > 0) });
     let location = |file: &String| Location {
         physical_location: PhysicalLocation { artifact_location: ArtifactLocation { uri: uri(file) }, region },
     };
@@ -291,7 +290,10 @@ mod tests {
                 continue;
             }
             let place = &r["locations"][0]["physicalLocation"];
-            assert_eq!((place["artifactLocation"]["uri"].as_str(), place["region"]["startLine"].as_u64()), (Some("axis/part.mpf"), Some(1204)));
+            assert_eq!(
+                (place["artifactLocation"]["uri"].as_str(), place["region"]["startLine"].as_u64()),
+                (Some("axis/part.mpf"), Some(1204))
+            );
             assert_eq!(r["properties"]["time_s"], 83.4);
             prints.push(r["partialFingerprints"]["codeFileLineText/v1"].as_str().expect("a fingerprint").to_owned());
         }

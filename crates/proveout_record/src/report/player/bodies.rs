@@ -159,9 +159,11 @@ impl DetachedParts {
             }
             let every = part.track.len().div_ceil(MOST_PLACES).max(1);
             let last = part.track.len().saturating_sub(1);
-            let kept = part.track.iter().enumerate().filter(|(k, (time, pose))| {
-                (k % every == 0 || *k == last) && time.is_finite() && pose.is_finite()
-            });
+            let kept = part
+                .track
+                .iter()
+                .enumerate()
+                .filter(|(k, (time, pose))| (k % every == 0 || *k == last) && time.is_finite() && pose.is_finite());
             self.all.push(DetachedPart {
                 name: part.name.clone(),
                 picture: Picture::creased(&part.mesh, CREASE).reduced(LOOSE_TRIANGLES).0,
@@ -174,9 +176,14 @@ impl DetachedParts {
     pub(crate) fn values(&self, meshes: &mut PackedMeshes) -> Vec<Value> {
         let row = |part: &DetachedPart| {
             let mesh = meshes.add(&part.picture)?;
-            let places: Vec<Value> =
-                part.track.iter().map(|(time, pose)| json!([round(*time), rows(pose).into_iter().map(round).collect::<Vec<_>>()])).collect();
-            Some(json!({ "name": part.name, "color": LOOSE_COLOR[..3], "mesh": mesh, "track": places, "gone": part.gone }))
+            let places: Vec<Value> = part
+                .track
+                .iter()
+                .map(|(time, pose)| json!([round(*time), rows(pose).into_iter().map(round).collect::<Vec<_>>()]))
+                .collect();
+            Some(
+                json!({ "name": part.name, "color": LOOSE_COLOR[..3], "mesh": mesh, "track": places, "gone": part.gone }),
+            )
         };
         self.all.iter().filter_map(row).collect()
     }

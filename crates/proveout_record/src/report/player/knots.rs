@@ -185,7 +185,13 @@ impl KnotSeries {
         let width = self.signals();
         let keep = |i: usize, last: usize| i % 2 == 0 || i == last;
         let last = self.times.len().saturating_sub(1);
-        self.values = self.values.chunks_exact(width).enumerate().filter(|(i, _)| keep(*i, last)).flat_map(|(_, v)| v.to_vec()).collect();
+        self.values = self
+            .values
+            .chunks_exact(width)
+            .enumerate()
+            .filter(|(i, _)| keep(*i, last))
+            .flat_map(|(_, v)| v.to_vec())
+            .collect();
         self.times = self.times.iter().enumerate().filter(|(i, _)| keep(*i, last)).map(|(_, t)| *t).collect();
         self.exact = self.exact.iter().enumerate().filter(|(i, _)| keep(*i, last)).map(|(_, e)| *e).collect();
         self.slopes.fill(ANY_SLOPE);

@@ -199,7 +199,13 @@ impl Player {
             "cell": cell,
             "steel": bodies::steel(),
         });
-        Some(PlayerView { data, motion, meshes: meshes.bytes, stock: moments.bytes, notes: [notes, vec![stock_note(moments.count, cell)]].concat() })
+        Some(PlayerView {
+            data,
+            motion,
+            meshes: meshes.bytes,
+            stock: moments.bytes,
+            notes: [notes, vec![stock_note(moments.count, cell)]].concat(),
+        })
     }
 
     fn notes(&self) -> Vec<String> {
@@ -227,7 +233,11 @@ impl Player {
         let name = |tool: &Option<usize>| {
             tool.and_then(|t| tools.get(t)?.get("name")?.as_str()).unwrap_or("spindle empty").to_owned()
         };
-        self.changes.iter().take(MOST_JUMPS).map(|(time, tool)| json!({ "time": time, "text": short(&name(tool)) })).collect()
+        self.changes
+            .iter()
+            .take(MOST_JUMPS)
+            .map(|(time, tool)| json!({ "time": time, "text": short(&name(tool)) }))
+            .collect()
     }
 
     fn operation_jumps(&self, operations: &[Operation]) -> Vec<Value> {
@@ -253,7 +263,9 @@ fn finding_jumps(run: &PlayedRun<'_>) -> Vec<Value> {
     let row = |(k, f): (usize, &Finding)| {
         let time = f.time_s.filter(|t| t.is_finite())?;
         let place = f.line.map_or_else(String::new, |line| format!("line {line}: "));
-        Some(json!({ "time": time, "id": id(k), "class": class(f.severity), "text": short(&format!("{place}{}", f.message)) }))
+        Some(
+            json!({ "time": time, "id": id(k), "class": class(f.severity), "text": short(&format!("{place}{}", f.message)) }),
+        )
     };
     let mut all: Vec<Value> = run.findings.iter().enumerate().filter_map(row).take(MOST_JUMPS).collect();
     all.sort_by(|a, b| a["time"].as_f64().unwrap_or(0.0).total_cmp(&b["time"].as_f64().unwrap_or(0.0)));
