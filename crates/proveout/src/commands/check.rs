@@ -89,6 +89,17 @@ impl InputKind {
 /// Checks files without running them; true when none has an error.
 pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
     reports::check(&args.reports)?;
+    let result = check_paths(args);
+    if let (Err(failure), Some(path)) = (&result, args.paths.first()) {
+        reports::of_failure(&args.reports, path, CHECK, failure)?;
+    }
+    result
+}
+
+/// Group of what keeps the check from its work.
+const CHECK: &str = "check";
+
+fn check_paths(args: &CheckArgs) -> Result<bool, Failure> {
     let mut clean = true;
     let kinds = args.paths.iter().map(|path| Ok((path, kind(path)?))).collect::<Result<Vec<_>, Failure>>()?;
     if args.reader.stated() && !kinds.iter().any(|(_, kind)| matches!(kind, InputKind::Program)) {
