@@ -150,7 +150,7 @@ const bench = (async () => {
     const at = hit.point.map((v, k) => 'XYZ'[k] + ' ' + v.toFixed(2)).join(' ');
     const off = hit.value === null ? '' : `, ${Math.abs(hit.value) < 0.1 ? (1e3 * hit.value).toFixed(1) + ' µm' : hit.value.toFixed(3) + ' mm'} from the design`;
     if (hit.face) say(`${at}: in the material, on the plane of the section`);
-    else if (line) { show(line, false); say(`${at}${off}: cut by ${words(line)}`); }
+    else if (line) { show(line, false); say(`${at}${off}: cut by ${words(line)}`); heard.forEach((tell) => tell(line, false, hit.block)); }
     else say(`${at}${off}: skin of the raw stock`);
   });
 

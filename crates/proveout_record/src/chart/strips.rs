@@ -1,6 +1,6 @@
 //! Signals over time, one above the other.
 
-use super::{begin, centered, escape, level, put, ticks, widened};
+use super::{begin, centered, escape, level, put, scale_ticks, ticks, widened};
 use crate::{envelope::Envelope, report::format::compact};
 
 const LEFT: f64 = 62.0;
@@ -92,9 +92,7 @@ fn draw_strip(
     }
     let [low, high] = widened([low, high], 0.05);
     let y = |v: f64| bottom - (bottom - top) * ((v - low) / (high - low)).clamp(0.0, 1.0);
-    // At least two values, so that the scale can be read.
-    let marks = [3, 5, 8].map(|wanted| ticks(low, high, wanted)).into_iter().find(|t| t.len() > 1);
-    for v in marks.unwrap_or_default() {
+    for v in scale_ticks(low, high, 3) {
         level(out, v, y(v), [LEFT, width - RIGHT]);
     }
     for t in changes {

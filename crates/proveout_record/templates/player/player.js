@@ -10,7 +10,7 @@ const player = (async () => {
   const slider = find('time'), now = bar.querySelector('.now'), play = find('play');
   const shown = { machine: 'clear', fixtures: true, design: false };
   // `cursor`: steps that are done; `at` the end of the run is the part as judged
-  const state = { time: end, cursor: steps.count, stepped: true, playing: false, fixed: 'part', moment: -1 };
+  const state = { time: end, cursor: steps.count, stepped: true, playing: false, fixed: 'part', moment: -1, marked: [1, 0] };
   let bodies = null, stock = null, loading = null;
 
   const ready = () => loading ??= (async () => {
@@ -37,7 +37,7 @@ const player = (async () => {
   };
   const tell = () => {
     const k = current(), q = valuesAt(run.joint, state.time), load = data.loads ? valuesAt(run.load, state.time) : [];
-    cell('Time', `${clockOf(state.time)} of ${clockOf(end)}`);
+    cell(`Time, of ${clockOf(end)}`, clockOf(state.time));
     cell('Block', `${k + 1} of ${steps.count}${data.stride > 1 ? `, ${data.stride} each` : ''}`);
     cell('Line', desk.words(steps.line[k]));
     const feed = valuesAt(run.feed, state.time)[0], asked = run.rapid(k) ? 'rapid' : steps.feed[k] ? `of ${steps.feed[k].toFixed(0)}` : '';
@@ -53,13 +53,15 @@ const player = (async () => {
   };
   const operationTimes = data.jumps.operations.map((o) => o.time);
 
+  // Blocks of a step, as the vertices name them
+  const tagsOf = (k) => [steps.block[k] + 1, steps.block[k] + data.stride];
   const update = (moving) => {
     const k = current(), final = atEnd();
     slider.value = Math.round(1e6 * state.time / end);
     slider.setAttribute('aria-valuetext', clockOf(state.time));
     const places = kinematics.at(valuesAt(run.joint, state.time));
     const onMachine = state.fixed === 'machine', inverse = Poses.inverse(places.work);
-    const change = { place: onMachine ? places.work : Poses.none, moving, marked: final ? [1, 0] : [steps.block[k] + 1, steps.block[k] + data.stride] };
+    const change = { place: onMachine ? places.work : Poses.none, moving, marked: final ? state.marked : tagsOf(k) };
     if (final || !stock) Object.assign(change, { parts: null, bodies: final && shown.design && bodies ? bodies.listAt(state.time, k, places, onMachine ? Poses.none : inverse, { machine: 'hidden', design: true }).slice(-1) : [] });
     else {
       state.moment = stock.momentAt(state.time);
@@ -167,7 +169,13 @@ const player = (async () => {
   const lineGo = () => { const id = desk.lineNamed(Number(lineField.value)); if (id) toLine(id); else desk.say('The program has no such line.'); };
   find('line-go').addEventListener('click', lineGo);
   lineField.addEventListener('keydown', (e) => { if (e.key === 'Enter') lineGo(); });
-  desk.onLine((id, twice) => { if (twice || !atEnd()) toLine(id); });
+  // At the end the surfaces that a line has cut are marked: those of the block that was clicked, or of the last run of the line
+  desk.onLine((id, twice, tag) => {
+    if (twice || !tag && !atEnd()) { toLine(id); return; }
+    const k = tag ? run.stepOf(tag) : steps.line.lastIndexOf(id);
+    state.marked = k < 0 ? [1, 0] : tagsOf(k);
+    if (atEnd()) view.show({ marked: state.marked });
+  });
   document.querySelectorAll('[data-moment]').forEach((link) => link.addEventListener('click', () => toTime(Number(link.dataset.moment))));
 
   // Ticks over the bar: tool changes, and findings above them

@@ -2,7 +2,8 @@
 const cameraOf = (canvas, focus, radius, redraw) => {
   'use strict';
   const lens = 0.5, { dot } = Vectors;
-  const home = () => ({ target: [...focus.target], azimuth: -0.95, elevation: 0.5, distance: 1.06 * focus.radius / Math.sin(lens / 2) });
+  let placed = (point) => [...point];
+  const home = () => ({ target: placed(focus.target), azimuth: -0.95, elevation: 0.5, distance: 1.06 * focus.radius / Math.sin(lens / 2) });
   let eye = home(), reach = radius;
   const axes = () => {
     const [sa, ca, se, ce] = [Math.sin(eye.azimuth), Math.cos(eye.azimuth), Math.sin(eye.elevation), Math.cos(eye.elevation)];
@@ -93,6 +94,8 @@ const cameraOf = (canvas, focus, radius, redraw) => {
     get eye() { return eye; },
     // From one of the standard directions
     look(azimuth, elevation) { eye = { ...home(), azimuth, elevation }; redraw(); },
+    // Where a point of the workpiece is in the frame that is drawn
+    setPlace(to) { placed = to; },
     // How far bodies reach that are in sight, mm
     setReach(to) { reach = Math.max(radius, to); },
     frame(center, around) {

@@ -5,7 +5,7 @@ const graphicsOf = (gl) => {
   const linked = ([vertexText, fragmentText]) => {
     const program = gl.createProgram();
     gl.attachShader(program, compile(gl.VERTEX_SHADER, '#version 300 es\n' + vertexText));
-    gl.attachShader(program, compile(gl.FRAGMENT_SHADER, '#version 300 es\nprecision highp float;\n' + fragmentText));
+    gl.attachShader(program, compile(gl.FRAGMENT_SHADER, '#version 300 es\nprecision highp float;\nprecision highp int;\n' + fragmentText));
     gl.linkProgram(program);
     const slots = {};
     return { program, ok: gl.getProgramParameter(program, gl.LINK_STATUS), at: (name) => slots[name] ??= gl.getUniformLocation(program, name) };

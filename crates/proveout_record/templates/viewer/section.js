@@ -1,5 +1,6 @@
-// A plane that cuts the part: across X, Y or Z of the workpiece, moved by a slider or by its handle on the picture.
-const sectionOf = (figure, box, redraw) => {
+// A plane that cuts the part: across X, Y or Z of the workpiece, moved by a slider or by its handle on the picture. `towards` says
+// how far an axis looks to the eye: what lies before the plane is cut away.
+const sectionOf = (figure, box, redraw, towards) => {
   'use strict';
   const tools = figure.querySelector('.section-tools');
   const state = { on: false, axis: 0, at: 0.5, side: 1 };
@@ -29,8 +30,9 @@ const sectionOf = (figure, box, redraw) => {
     words.textContent = `${'XYZ'[state.axis]} = ${place().toFixed(2)} mm`;
     redraw();
   };
-  toggle.addEventListener('click', () => { state.on = !state.on; show(); });
-  axis.addEventListener('change', () => { state.axis = Number(axis.value); show(); });
+  const open = () => { state.side = towards(state.axis) < 0 ? -1 : 1; };
+  toggle.addEventListener('click', () => { state.on = !state.on; open(); show(); });
+  axis.addEventListener('change', () => { state.axis = Number(axis.value); open(); show(); });
   slider.addEventListener('input', () => { state.at = Number(slider.value) / 1000; show(); });
   tools.querySelector('[data-section-turn]').addEventListener('click', () => { state.side = -state.side; show(); });
   // The handle moves along the normal as far as the pointer goes in its direction on the screen.

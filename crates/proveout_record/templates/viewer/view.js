@@ -22,10 +22,11 @@ const partView = (async () => {
   const { dot } = Vectors;
   const radius = Math.max(Math.hypot(...mesh.size) / 2, 1e-3);
   const camera = cameraOf(canvas, data.focus || { target: mesh.low.map((v, k) => v + mesh.size[k] / 2), radius }, radius, redraw);
-  const section = sectionOf(figure, box, redraw);
+  const section = sectionOf(figure, box, redraw, (k) => dot(camera.projection().a.back, [scene.place[k], scene.place[4 + k], scene.place[8 + k]]));
 
   // What is shown: meshes of the part (none: the part as judged), bodies with their poses, where the workpiece is, blocks whose surface is marked
   const scene = { parts: null, bodies: [], place: Poses.none, marked: [1, 0], moving: false, tagged: false };
+  camera.setPlace((point) => Poses.point(scene.place, point));
   let colored = Boolean(body.mode), range = data.scales ? data.scales.map((s) => s[0]) : [1, 1], waiting = false;
   const parts = () => scene.parts || [body];
   const paths = { all: null, chosen: null, measured: null };
