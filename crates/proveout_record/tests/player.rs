@@ -236,7 +236,11 @@ fn the_stock_of_a_moment_has_the_volume_of_the_run() {
         let removed: f64 = shown.blocks.iter().filter(|b| b.end_time <= time + 1e-4).map(|b| b.volume_mm3).sum();
         let volume: f64 = tiles.iter().map(Mesh::volume).sum();
         // Faces move by less than a part of a cell of the mesh; the cut surface is some 8000 mm².
-        assert!((initial - removed - volume).abs() < 0.1 * cell * 8000.0, "at {time}: {volume} of {}", initial - removed);
+        assert!(
+            (initial - removed - volume).abs() < 0.1 * cell * 8000.0,
+            "at {time}: {volume} of {}",
+            initial - removed
+        );
         // No block that has not run yet has made a surface.
         let made = tiles.iter().flat_map(|t| &t.made).max().copied().unwrap_or(0);
         let begun = shown.blocks.iter().filter(|b| b.start_time <= *time + 1e-4).map(|b| i64::from(b.block)).max();
@@ -262,7 +266,12 @@ fn bodies_and_kinematics_are_those_of_the_machine() {
         let mesh = &meshes[body["mesh"].as_u64().expect("a mesh") as usize];
         let volume = own.mesh.volume();
         // Corners round to a 65,535th of the body.
-        assert!((mesh.volume() - volume).abs() < 1e-3 * volume.abs() + 1.0, "{}: {} of {volume}", own.name, mesh.volume());
+        assert!(
+            (mesh.volume() - volume).abs() < 1e-3 * volume.abs() + 1.0,
+            "{}: {} of {volume}",
+            own.name,
+            mesh.volume()
+        );
     }
     // Two tools were in the spindle, each with a cutting part; the others are not in the page.
     let tools = page.data["tools"].as_array().expect("tools");
@@ -276,7 +285,9 @@ fn bodies_and_kinematics_are_those_of_the_machine() {
     assert_eq!(page.data["fixtures"][0]["name"], "clamping \"pot\"");
     // Motion of each joint by the data of the page: slides and turns (Rodrigues 1840), chains in order.
     let data = &page.data["kinematics"];
-    let list = |v: &Value| -> Vec<f64> { v.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect() };
+    let list = |v: &Value| -> Vec<f64> {
+        v.as_array().expect("a list").iter().map(|n| n.as_f64().expect("a number")).collect()
+    };
     let chain = |name: &str| -> Vec<usize> { list(&data[name]).into_iter().map(|j| j as usize).collect() };
     for s in shown.samples.iter().step_by(97) {
         let place = |p: &Point, chain: &[usize]| {

@@ -223,7 +223,11 @@ const partView = (async () => {
     look(p);
     redraw();
     const hit = under(x, y);
-    if (hit) hit.point = Poses.point(Poses.inverse(scene.place), camera.pointAt(p, hit.x, hit.y, hit.away));
+    if (hit) {
+      hit.point = Poses.point(Poses.inverse(scene.place), camera.pointAt(p, hit.x, hit.y, hit.away));
+      const plane = hit.face && section.place();
+      if (plane) hit.point['XYZ'.indexOf(plane.axis)] = plane.at;
+    }
     // The first that takes it is the last that hears of it.
     clicked.some((tell) => tell(hit) === true);
   });

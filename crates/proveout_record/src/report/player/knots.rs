@@ -4,6 +4,8 @@ use crate::page_encoding::DeltaWriter;
 
 /// Most knots of a series: some 2 MB of page for six signals.
 const MOST_KNOTS: usize = 150_000;
+/// Most doublings of the tolerances at once: a million times the first.
+const MOST_DOUBLINGS: usize = 20;
 /// Steps of the time of a knot in a second.
 pub(crate) const TIME_STEPS: f64 = 1e4;
 
@@ -159,7 +161,18 @@ impl KnotSeries {
         self.slopes.fill(ANY_SLOPE);
     }
 
+    /// Doubles the tolerances until a quarter of the knots has gone.
     fn thin(&mut self) {
+        for _ in 0..MOST_DOUBLINGS {
+            self.double();
+            if self.times.len() * 4 <= MOST_KNOTS * 3 {
+                return;
+            }
+        }
+        self.halve();
+    }
+
+    fn double(&mut self) {
         let width = self.signals();
         let keep_exact = self.exact.iter().filter(|e| **e).count() * 2 < MOST_KNOTS;
         let (times, values, exact) =
@@ -174,13 +187,9 @@ impl KnotSeries {
         if let Some((time, row)) = held {
             self.add(time, &row, false);
         }
-        // A signal that jumps at every knot cannot be thinned by its tolerance: every other knot goes.
-        if self.times.len() * 10 > MOST_KNOTS * 9 {
-            self.halve();
-        }
     }
 
-    /// Drops every other knot; the bound is then not known.
+    /// Drops every other knot, where a signal jumps too far at too many of them; the bound is then not known.
     fn halve(&mut self) {
         let width = self.signals();
         let keep = |i: usize, last: usize| i % 2 == 0 || i == last;
