@@ -189,7 +189,7 @@ fn packed(page: &Page<'_>) -> String {
 /// Data of the player, packed; its texts are escaped so that none can end the script element.
 fn player(view: &PlayerView) -> Value {
     json!({
-        "data": view.data.to_string().replace('<', "\\u003c"),
+        "data": view.data.to_string().replace('<', "\\u003c").replace('/', "\\/"),
         "motion": deflated(&view.motion),
         "meshes": deflated(&view.meshes),
         "stock": deflated(&view.stock),
