@@ -61,7 +61,7 @@ fn the_run_is_stepped_played_and_jumped_through() {
     }
     // The joints at the end of a block are those of its text.
     b.value("document.querySelector('#listing').scrollTop = 0");
-    b.value("(() => { const f = document.querySelector('[data-line]'); f.value = 13; })()");
+    b.value("(() => { const f = document.querySelector('#player [data-line]'); f.value = 12; })()");
     b.click("[data-line-go]");
     let words = b.text("document.querySelector('#player .now').innerText");
     assert!(playing(&mut b).contains("X60."), "{}", playing(&mut b));

@@ -3,9 +3,9 @@ const Shaders = (() => {
   'use strict';
   const place = `layout(location=0) in vec3 position; layout(location=1) in vec3 normal; layout(location=2) in float value;
     layout(location=3) in uint block; layout(location=4) in float tag;
-    uniform mat4 clip; uniform mat3 turn; uniform vec3 low, size; uniform vec4 plane; out float behind;`;
-  const put = 'vec3 p = low + size * position; gl_Position = clip * vec4(p, 1.0); behind = dot(plane.xyz, p) - plane.w;';
-  const cut = 'in float behind;';
+    uniform mat4 clip; uniform mat3 turn; uniform vec3 low, size; uniform vec4 plane; out float beyond;`;
+  const put = 'vec3 p = low + size * position; gl_Position = clip * vec4(p, 1.0); beyond = dot(plane.xyz, p) - plane.w;';
+  const cut = 'in float beyond;';
   const shown = [`${place} uniform int mode; uniform vec2 range; uniform uvec2 marked; out vec3 n; out float s, known, lit;
     void main() {
       ${put} n = turn * normal; s = 0.5; known = 0.0;
@@ -15,7 +15,7 @@ const Shaders = (() => {
       if (mode == 3) { known = 1.0; s = tag; }
     }`, `${cut} in vec3 n; in float s, known, lit; uniform sampler2D map, tags; uniform vec3 plain; uniform float alpha; uniform int mode; out vec4 color;
     void main() {
-      if (behind > 0.0) discard;
+      if (beyond > 0.0) discard;
       vec3 base = plain;
       if (known > 0.99) base = texture(map, vec2(s * 255.0 / 256.0 + 0.5 / 256.0, 0.5)).rgb;
       if (mode == 3) base = texelFetch(tags, ivec2(int(s * 255.0 + 0.5), 0), 0).rgb;
@@ -30,7 +30,7 @@ const Shaders = (() => {
   const picked = [`${place} flat out uint made; out float away, deviation;
     void main() { ${put} away = gl_Position.w; made = block; deviation = value; }`,
   `${cut} flat in uint made; in float away, deviation; uniform uint kind; out uvec4 found;
-    void main() { if (behind > 0.0) discard; found = uvec4(made, floatBitsToUint(away), floatBitsToUint(deviation), kind); }`];
+    void main() { if (beyond > 0.0) discard; found = uvec4(made, floatBitsToUint(away), floatBitsToUint(deviation), kind); }`];
   const drawn = [`layout(location=0) in vec3 from; layout(location=1) in vec3 to; layout(location=2) in float kind;
     uniform mat4 clip; uniform vec2 canvas; uniform float width; out float k;
     void main() {

@@ -58,7 +58,7 @@ const partView = (async () => {
     gl.bindVertexArray(one.array);
     gl.drawElements(gl.TRIANGLES, one.count, gl.UNSIGNED_INT, 0);
   };
-  // The face of a section: where more faces look away than to the eye behind the plane, the plane is in the material
+  // The face of a section: where more of the kept faces look away from the eye than to it, the plane is in the material
   const drawFace = (program, flat, p) => {
     gl.enable(gl.STENCIL_TEST);
     gl.disable(gl.DEPTH_TEST);
@@ -156,7 +156,7 @@ const partView = (async () => {
       gl.uniform1f(drawn.at('width'), wide * ratio);
       gl.uniform3fv(drawn.at('feed'), ink(feed));
       gl.uniform3fv(drawn.at('rapid'), ink(rapid));
-      // Behind the part it shows through.
+      // Where the part hides it, it shows through.
       for (const [test, alpha] of [[gl.GREATER, 0.22], [gl.LEQUAL, 0.95]]) {
         gl.depthFunc(test);
         gl.uniform1f(drawn.at('alpha'), alpha);
@@ -280,7 +280,7 @@ const partView = (async () => {
     show(change) { Object.assign(scene, change); redraw(); },
     scene: () => scene,
     setRange(gouge, excess) { range = [gouge, excess]; redraw(); },
-    // Hears of clicks before those that were told earlier where `first` is set; one that returns true keeps it to itself
+    // Calls for each click, with `first` before all others; one that returns true ends the calls
     onClick(tell, first) { if (first) clicked.unshift(tell); else clicked.push(tell); },
     frame(low, high) {
       const center = low.map((v, k) => (v + high[k]) / 2), around = Math.max(Math.hypot(...low.map((v, k) => high[k] - v)) / 2, 0.35 * radius);
