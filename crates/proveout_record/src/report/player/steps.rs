@@ -98,10 +98,10 @@ impl PlayedSteps {
         self.stride
     }
 
-    /// Time (s) at which a block begins, or the step that it is in; none for blocks before the first.
-    pub(crate) fn begin_of(&self, block: u32) -> Option<f64> {
-        let at = self.all.partition_point(|s| s.block <= block).checked_sub(1)?;
-        Some(at.checked_sub(1).map_or(0.0, |before| self.all[before].end))
+    /// Time (s) at which a block begins, or the step that it is in; zero for blocks before the first.
+    pub(crate) fn begin_of(&self, block: u32) -> f64 {
+        let after = self.all.partition_point(|s| s.block <= block);
+        after.checked_sub(2).and_then(|before| self.all.get(before)).map_or(0.0, |step| step.end)
     }
 
     /// The steps packed for the page, little endian; each column of whole numbers is zigzag of the differences:
@@ -167,7 +167,7 @@ mod tests {
             steps.take(&[row(block)]);
         }
         assert_eq!((steps.all.len(), steps.stride()), (MOST_STEPS, 1));
-        assert_eq!((steps.begin_of(7), steps.begin_of(0)), (Some(7.0), Some(0.0)));
+        assert_eq!((steps.begin_of(7), steps.begin_of(0)), (7.0, 0.0));
         let count = 3 * MOST_STEPS as u32 + 5;
         for block in MOST_STEPS as u32..count {
             steps.take(&[row(block)]);
@@ -176,7 +176,7 @@ mod tests {
         let sums = steps.all.iter().fold((0.0, 0.0), |(l, v), s| (l + s.length, v + s.volume));
         assert_eq!(sums, (0.5 * f64::from(count), 2.0 * f64::from(count)), "nothing is lost");
         assert!(steps.all.windows(2).all(|w| w[0].end < w[1].end && w[1].block == w[0].block + 4));
-        assert_eq!((steps.begin_of(9), steps.all.last().map(|s| s.end)), (Some(8.0), Some(f64::from(count))));
+        assert_eq!((steps.begin_of(9), steps.all.last().map(|s| s.end)), (8.0, Some(f64::from(count))));
     }
 
     #[test]

@@ -20,7 +20,7 @@ use crate::{
 };
 
 /// Triangles of the first picture of the stock, about.
-const TRIANGLES: f64 = 60_000.0;
+const TRIANGLES: f64 = 100_000.0;
 /// Most bytes of all meshes before they are compressed: some 6 MB of page.
 const MOST_BYTES: usize = 12 << 20;
 /// Most moments of tool changes, and of errors, that thinning keeps.
