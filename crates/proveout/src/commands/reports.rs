@@ -125,7 +125,8 @@ pub(super) fn of_faults(path: &Path, kind: &str, failure: &Failure) -> ReportedS
             code: code.to_owned(),
             summary: summary.to_owned(),
             severity: Severity::Error,
-            message: fault.message().to_owned(),
+            // The code has a place of its own.
+            message: fault.message().trim_end_matches(&format!(" [{code}]")).to_owned(),
             case: Some(CHECK.to_owned()),
             file: (!file.is_empty()).then(|| from_here(Path::new(file))),
             line: known(line),

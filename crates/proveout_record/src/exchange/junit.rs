@@ -48,9 +48,9 @@ pub fn junit(suites: &[ReportedSuite]) -> String {
                 CaseAnswer::NotAsked => {
                     line(format!("{head}>\n      <skipped message=\"{reason}\"/>\n    </testcase>"));
                 }
-                CaseAnswer::Unchecked => line(format!(
-                    "{head}>\n      <error type=\"unchecked\" message=\"not checked: {reason}\"/>\n    </testcase>"
-                )),
+                CaseAnswer::Unchecked => {
+                    line(format!("{head}>\n      <error type=\"unchecked\" message=\"{reason}\"/>\n    </testcase>"))
+                }
                 CaseAnswer::Fail => line(format!(
                     "{head}>\n      <failure type=\"fail\" message=\"{reason}\">{}</failure>\n    </testcase>",
                     escaped(&details(suite, &case.name))

@@ -131,7 +131,7 @@ pub fn sarif(suites: &[ReportedSuite]) -> Result<String, RecordError> {
             results.push(result(suite, item, rule_index, &mut seen));
         }
         for case in suite.cases.iter().filter(|c| c.answer == CaseAnswer::Unchecked) {
-            let text = format!("{}: {} is not checked: {}", suite.name, case.name, case.reason);
+            let text = format!("{}: gate {} is unchecked: {}", suite.name, case.name, case.reason);
             notifications.push(Notification { level: "warning", message: OwnMessage { text: text.clone() } });
             results.push(Outcome {
                 rule_id: UNCHECKED.0,
@@ -286,7 +286,7 @@ mod tests {
             // Section 3.27.10: a level other than `none` only where the kind is `fail`.
             assert_eq!(kind == "fail", level != "none", "{kind} {level}");
             if kind == "open" {
-                assert!(r["message"]["text"].as_str().is_some_and(|t| t.contains("not checked")));
+                assert!(r["message"]["text"].as_str().is_some_and(|t| t.contains("is unchecked")));
                 continue;
             }
             let place = &r["locations"][0]["physicalLocation"];
