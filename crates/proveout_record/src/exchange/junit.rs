@@ -1,4 +1,4 @@
-//! JUnit XML as build servers read it: a suite a program, a case a gate. A gate that is not checked is an error,
+//! `JUnit` XML as build servers read it: a suite a program, a case a gate. A gate that is not checked is an error,
 //! since a skipped case counts as green.
 
 use std::fmt::Write;
@@ -10,7 +10,7 @@ use super::{CaseAnswer, ReportedItem, ReportedSuite};
 /// Most findings of a case that are written out.
 const MOST_ITEMS: usize = 50;
 
-/// The suites as one JUnit document.
+/// The suites as one `JUnit` document.
 pub fn junit(suites: &[ReportedSuite]) -> String {
     let count = |answer| -> usize { suites.iter().flat_map(|s| &s.cases).filter(|c| c.answer == answer).count() };
     let tests: usize = suites.iter().map(|s| s.cases.len()).sum();

@@ -1,4 +1,4 @@
-//! Results for other programs: SARIF 2.1.0 (OASIS 2020) for code review and editors, JUnit XML for build
+//! Results for other programs: SARIF 2.1.0 (OASIS 2020) for code review and editors, `JUnit` XML for build
 //! servers. Both are made from the same plain data, of a run or of a check.
 //!
 //! | file | what it does |

@@ -192,7 +192,7 @@ impl KnotSeries {
     /// Drops every other knot, where a signal jumps too far at too many of them; the bound is then not known.
     fn halve(&mut self) {
         let width = self.signals();
-        let keep = |i: usize, last: usize| i % 2 == 0 || i == last;
+        let keep = |i: usize, last: usize| i.is_multiple_of(2) || i == last;
         let last = self.times.len().saturating_sub(1);
         self.values = self
             .values
