@@ -47,8 +47,7 @@ fn experiments() -> Vec<String> {
 
 /// What the page has under the heading of a scene.
 fn section(page: &str, scene: &str) -> String {
-    let from =
-        page.split_once(&format!("## {scene}\n")).unwrap_or_else(|| panic!("docs/experiments has no {scene}")).1;
+    let from = page.split_once(&format!("## {scene}\n")).unwrap_or_else(|| panic!("docs/experiments has no {scene}")).1;
     from.split("\n## ").next().unwrap_or(from).to_owned()
 }
 

@@ -111,7 +111,8 @@ pub(crate) fn run(root: &Path, words: &[&str]) -> Result<(), TaskError> {
         files::put(&root.join(paper.path()), &page, check, "cargo xtask figures")?;
         list += &format!("| [{0}](experiments/{0}.md) | {1} |\n", paper.name, paper.title);
         for (_, text) in placed {
-            let own = text.split_once(&format!("{OWN_HEADLINES}{HEADLINES}")).and_then(|(_, rest)| rest.split_once("\n\n"));
+            let own =
+                text.split_once(&format!("{OWN_HEADLINES}{HEADLINES}")).and_then(|(_, rest)| rest.split_once("\n\n"));
             if let Some((rows, _)) = own {
                 first += &rows.replace("](", "](experiments/").replace("(experiments/experiments/", "(experiments/");
                 first.push('\n');

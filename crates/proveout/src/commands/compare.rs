@@ -113,7 +113,8 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
     if !c.published.is_empty() {
         say!("\n  published values");
         for p in &c.published {
-            let band = p.band.map_or_else(String::new, |[low, high]| format!("; band {low} to {high}: {}", word(p.state)));
+            let band =
+                p.band.map_or_else(String::new, |[low, high]| format!("; band {low} to {high}: {}", word(p.state)));
             say!(
                 "    {:<44} {}{} here {} {}  {}{band}",
                 p.name,

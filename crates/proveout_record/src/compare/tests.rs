@@ -7,10 +7,9 @@ use proveout_geom::{Aabb, Point, box_mesh};
 use proveout_sim::{
     certificate::VelocityLimit,
     compare::{
-        Agreement,
-        ChangedLimit, Compared, Comparison, DemandRow, Difference, Expectation, Gain, GainAtLimit, JointPicture, Made,
-        PartPicture, Pictures, ProgramFigures, ProgramPicture, Published, Role, Stretch, StretchAxis,
-        Study, StudyCurve, StudyFigure, TimeGain, Variation, VariationKind, VariedGains, VariedTime,
+        Agreement, ChangedLimit, Compared, Comparison, DemandRow, Difference, Expectation, Gain, GainAtLimit,
+        JointPicture, Made, PartPicture, Pictures, ProgramFigures, ProgramPicture, Published, Role, Stretch,
+        StretchAxis, Study, StudyCurve, StudyFigure, TimeGain, Variation, VariationKind, VariedGains, VariedTime,
     },
     verdict::{self, Axis, AxisUnit, Gate, GateVerdict, State},
 };

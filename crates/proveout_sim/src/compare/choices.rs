@@ -28,7 +28,7 @@ use super::{
     finish::{stretch_of, time_of},
     judge,
     pictures::study_of,
-    result::{Choices, Comparison, Made, ProgramFigures, Published, TriedChoice},
+    result::{Choices, Comparison, Made, ProgramFigures, TriedChoice},
 };
 use crate::{
     latin_hypercube::latin_hypercube,

@@ -297,7 +297,16 @@ fn rows(out: &mut String, c: &Comparison, (title, theirs): (&str, &str), all: &[
         let [published, here, _, of_null, decided] = values(p);
         put(
             out,
-            format_args!("| {} | {} | {} | {here} |", cell(&p.name), cell(&p.measured), if p.kind == PublishedKindFile::OwnCount { published.trim_start_matches(p.kind.label()) } else { &published }),
+            format_args!(
+                "| {} | {} | {} | {here} |",
+                cell(&p.name),
+                cell(&p.measured),
+                if p.kind == PublishedKindFile::OwnCount {
+                    published.trim_start_matches(p.kind.label())
+                } else {
+                    &published
+                }
+            ),
         );
         if null.is_some() {
             put(out, format_args!(" {of_null} |"));

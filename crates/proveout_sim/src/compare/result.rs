@@ -13,8 +13,8 @@ use crate::{
     verdict::verdict_file::{Axis, Clearance, Deviation, GateVerdict, State, Surface, Time},
 };
 
-pub use crate::observe::study::StudyFigure;
 pub use super::agreement::Agreement;
+pub use crate::observe::study::StudyFigure;
 
 /// Version of the layout of [`Comparison`]; raised when a key changes its meaning or goes away.
 pub const SCHEMA_VERSION: u32 = 2;
