@@ -462,6 +462,8 @@ cases! {
     "scene/PublishedFile.source", Compare, ["scene", "compare.published.0.source", "\"another\""];
     "scene/PublishedFile.kind", Compare, ["scene", "compare.published.0.kind", "\"own-count\""];
     "scene/PublishedFile.remark", Compare, ["scene", "compare.published.0.remark", "\"other words\""];
+    "scene/PublishedFile.headline", Compare, ["scene", "compare.published.0.headline", "true"];
+    "scene/PublishedFile.not_comparable", Compare, ["scene", "compare.published.0.not_comparable", "\"not defined\""];
     "scene/ExpectFile.name", Compare, ["scene", "compare.expect.0.name", "\"another\""];
     "scene/ExpectFile.program", Compare, ["scene", "compare.expect.0.program", "\"main\""];
     "scene/ExpectFile.against", Compare, ["scene", "compare.expect.2.against", ""];

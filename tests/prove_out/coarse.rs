@@ -47,8 +47,7 @@ fn experiments() -> Vec<String> {
 
 /// What the page has under the heading of a scene.
 fn section(page: &str, scene: &str) -> String {
-    let from =
-        page.split_once(&format!("## {scene}\n")).unwrap_or_else(|| panic!("docs/experiments.md has no {scene}")).1;
+    let from = page.split_once(&format!("## {scene}\n")).unwrap_or_else(|| panic!("docs/experiments has no {scene}")).1;
     from.split("\n## ").next().unwrap_or(from).to_owned()
 }
 
@@ -162,12 +161,19 @@ fn first_motions(text: &str, motions: usize) -> String {
     all[..last.min(tail)].iter().chain(&all[tail..]).map(|l| format!("{l}\n")).collect()
 }
 
+/// All pages of the experiments.
+fn pages() -> String {
+    let folder = fs::read_dir(root().join("docs/experiments")).expect("a folder");
+    let paths = folder.map(|entry| entry.expect("an entry").path());
+    paths.map(|path| fs::read_to_string(path).expect("a page")).collect()
+}
+
 /// What the page says if the registry puts the scene on it, and the same bytes at any number of threads.
 fn held(scene: &str, coarse: Coarse) {
     let path: PathBuf = root().join(scene);
     let path = if path.is_dir() { path.join("scene.toml") } else { path };
     if experiments().iter().any(|e| e == scene) {
-        let page = fs::read_to_string(root().join("docs/experiments.md")).expect("the page");
+        let page = pages();
         let moved = |scene: &mut Table| {
             let compare = table(scene, &["compare"]).expect("a comparison");
             compare.insert("motion_only".into(), true.into());

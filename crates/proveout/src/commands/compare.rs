@@ -113,12 +113,17 @@ fn print_summary(compared: &Compared, place: &std::path::Path, wall: f64) {
     if !c.published.is_empty() {
         say!("\n  published values");
         for p in &c.published {
-            let band = match (p.reproduced, p.band) {
-                (Some(found), _) => format!("  {}", p.kind.judged(found.word())),
-                (None, Some([low, high])) => format!("  band {low} to {high}: {}", word(p.state)),
-                (None, None) => String::new(),
-            };
-            say!("    {:<44} {:>7} here {:>7} {}{band}", p.name, p.published, number(p.value, 1), p.unit);
+            let band =
+                p.band.map_or_else(String::new, |[low, high]| format!("; band {low} to {high}: {}", word(p.state)));
+            say!(
+                "    {:<44} {}{} here {} {}  {}{band}",
+                p.name,
+                p.kind.label(),
+                p.published,
+                number(p.value, 1),
+                p.unit,
+                p.agreement.words()
+            );
         }
     }
     for e in &c.expectations {

@@ -6,7 +6,7 @@ use std::{collections::BTreeMap, fs, path::Path};
 
 use proveout_sim::{
     certificate::VelocityLimit,
-    compare::{Comparison, GainAtLimit, Published, Reproduced},
+    compare::{Agreement, Comparison, GainAtLimit, Published},
 };
 
 use crate::{
@@ -276,32 +276,24 @@ fn legend(out: &mut String, draws: u64) {
     }
     let y = 72.0;
     line(out, [31.0, y - 12.0, 31.0, y + 4.0], LIMIT, "stroke-width=\"1.8\"");
-    text(out, [53.0, y], "start", INK, "published, or own count");
-    for (k, (found, at)) in [
-        (Some(Reproduced::Reproduced), 220.0),
-        (Some(Reproduced::Possible), 340.0),
-        (Some(Reproduced::Not), 470.0),
-        (None, 600.0),
-    ]
-    .into_iter()
-    .enumerate()
-    {
+    text(out, [53.0, y], "start", INK, "published, or second count");
+    let kinds = [Agreement::Agrees, Agreement::Compatible, Agreement::NotReproduced, Agreement::NotComparable];
+    for (found, at) in kinds.into_iter().zip([220.0, 340.0, 470.0, 620.0]) {
         dot(out, [at, y - 4.0], found);
-        let words = ["ours: agrees", "possible", "not", "nothing varied"];
-        text(out, [at + 12.0, y], "start", INK, words[k]);
+        text(out, [at + 12.0, y], "start", INK, found.words());
     }
 }
 
-fn dot(out: &mut String, [x, y]: [f64; 2], found: Option<Reproduced>) {
+fn dot(out: &mut String, [x, y]: [f64; 2], found: Agreement) {
     let shape = match found {
-        Some(Reproduced::Reproduced) => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\" fill=\"#2f8f4e\""),
-        Some(Reproduced::Possible) => {
+        Agreement::Agrees => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\" fill=\"#2f8f4e\""),
+        Agreement::Compatible => {
             format!("<path d=\"M{x:.1} {:.1}l7 7l-7 7l-7 -7z\" fill=\"#e0a31a\"", y - 7.0)
         }
-        Some(Reproduced::Not) => {
+        Agreement::NotReproduced => {
             format!("<path d=\"M{:.1} {:.1}h11v11h-11z\" fill=\"#c8323c\"", x - 5.5, y - 5.5)
         }
-        None => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\" fill=\"#ffffff\""),
+        Agreement::NotComparable => format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"6\" fill=\"#ffffff\""),
     };
     put!(out, "{shape} stroke=\"{INK}\" stroke-width=\"1\"/>\n");
 }
@@ -344,7 +336,7 @@ fn range_row(out: &mut String, row: &Published, middle: f64, [left, right]: [f64
         }
     }
     let Some(value) = row.value else { return };
-    dot(out, [x(part(value)), middle], row.reproduced);
+    dot(out, [x(part(value)), middle], row.agreement);
     let unit = crate::report::rows::symbol(&row.unit);
     text(out, [right + 16.0, middle - 3.0], "start", INK, &format!("{} {unit}", digits(value)));
     text(out, [right + 16.0, middle + 11.0], "start", LIMIT, &format!("{} {unit} published", compact(row.published)));

@@ -157,11 +157,11 @@ pub(crate) fn published(c: &Comparison) -> Vec<Value> {
             "value": p.value.map_or_else(|| "–".into(), |v| format!("{} {}", fixed(v, 1), p.unit)),
             "band": p.band.map_or_else(|| "none".into(), |[low, high]| format!("{} to {}", compact(low), compact(high))),
             "judged": judged(p.state),
-            "word": p.kind.judged(match (p.reproduced, p.state) {
-                (Some(found), _) => found.word(),
-                (None, State::Pass) => "in the band",
-                (None, State::Fail) => "outside",
-                (None, State::Unchecked | State::NotAsked) => "not judged",
+            "word": p.agreement.words(),
+            "why": p.not_comparable,
+            "decided": p.decided_by.as_ref().map(|(name, [low, high])| {
+                let digits = digits(p.published);
+                format!("{name}: {} to {}", fixed(*low, digits), fixed(*high, digits))
             }),
             "null": p.null_value.map_or_else(String::new, |v| format!("{} {}", fixed(v, digits(p.published)), p.unit)),
             "over": over,

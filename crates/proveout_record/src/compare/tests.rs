@@ -7,9 +7,9 @@ use proveout_geom::{Aabb, Point, box_mesh};
 use proveout_sim::{
     certificate::VelocityLimit,
     compare::{
-        ChangedLimit, Compared, Comparison, DemandRow, Difference, Expectation, Gain, GainAtLimit, JointPicture, Made,
-        PartPicture, Pictures, ProgramFigures, ProgramPicture, Published, Reproduced, Role, Stretch, StretchAxis,
-        Study, StudyCurve, StudyFigure, TimeGain, Variation, VariationKind, VariedGains, VariedTime,
+        Agreement, ChangedLimit, Compared, Comparison, DemandRow, Difference, Expectation, Gain, GainAtLimit,
+        JointPicture, Made, PartPicture, Pictures, ProgramFigures, ProgramPicture, Published, Role, Stretch,
+        StretchAxis, Study, StudyCurve, StudyFigure, TimeGain, Variation, VariationKind, VariedGains, VariedTime,
     },
     verdict::{self, Axis, AxisUnit, Gate, GateVerdict, State},
 };
@@ -132,7 +132,10 @@ fn compared(text: &str) -> Compared {
             over_choices: None,
             over_draws: None,
             over_twin: None,
-            reproduced: None,
+            agreement: Agreement::Agrees,
+            decided_by: Some((text.into(), [30.0, 50.0])),
+            not_comparable: None,
+            headline: true,
             source: text.into(),
             remark: text.into(),
         }],
@@ -302,7 +305,7 @@ fn drawings_show_gains_over_limits_and_ranges_of_published_values() {
     // 41.5 of 38.1 percent, with a range over choices that reaches farther than the frame.
     let value = &mut c.published[0];
     (value.over_choices, value.over_twin) = (Some([30.0, 200.0]), Some([40.0, 42.0]));
-    value.reproduced = Some(Reproduced::Reproduced);
+    value.agreement = Agreement::Compatible;
     let text = ranges_drawing(&c).expect("a drawing");
     closes_in_order(&text);
     assert!(!text.contains("<img") && !text.contains("<script"), "a value went through unescaped");

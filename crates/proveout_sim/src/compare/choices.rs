@@ -7,9 +7,7 @@
 //! (plan, re-scheduling, machine's limits) and runs their motion, no stock. Values that depend on
 //! the cut part are not varied; the report says so.
 //!
-//! *Judgement.* The published value lies between the least and the largest that choices, draws and twin have
-//! given: `reproduced` if ours has its sign in all of them and one choice or the twin alone comes as far;
-//! `possible` if the sign turns, or only draws come as far; `not` outside.
+//! The verdicts are those of `agreement`.
 
 use std::{
     borrow::Cow,
@@ -26,10 +24,11 @@ use rayon::prelude::*;
 
 use super::{
     Comparing, Entry,
+    agreement::{self, agreement, decided_by},
     finish::{stretch_of, time_of},
     judge,
     pictures::study_of,
-    result::{Choices, Comparison, Made, ProgramFigures, Published, Reproduced, TriedChoice},
+    result::{Choices, Comparison, Made, ProgramFigures, TriedChoice},
 };
 use crate::{
     latin_hypercube::latin_hypercube,
@@ -407,13 +406,10 @@ impl Tried {
         let twin: Vec<Option<[f64; 2]>> = file.published.iter().map(|p| over_twin(p, all)).collect();
         for (k, row) in all.published.iter_mut().enumerate() {
             (row.over_choices, row.over_draws, row.over_twin) = (self.alone[k], self.drawn[k], twin[k]);
-            row.reproduced = reproduced(row);
-            if let (Some(found), Some(_)) = (row.reproduced, row.band) {
-                row.state = match found {
-                    Reproduced::Reproduced => State::Pass,
-                    Reproduced::Possible => State::Unchecked,
-                    Reproduced::Not => State::Fail,
-                };
+            row.agreement = agreement(row);
+            row.decided_by = decided_by(row, &self.told).map(|(name, range)| (name.to_owned(), range));
+            if let (Some(state), Some(_)) = (agreement::state(row), row.band) {
+                row.state = state;
             }
         }
     }
@@ -433,28 +429,6 @@ fn over_twin(row: &crate::scene::PublishedFile, all: &Comparison) -> Option<[f64
         wider(&mut range, percent);
     }
     range
-}
-
-fn reproduced(row: &Published) -> Option<Reproduced> {
-    let value = row.value?;
-    if row.over_choices.is_none() && row.over_twin.is_none() {
-        return None;
-    }
-    let hull = |ranges: &[Option<[f64; 2]>]| {
-        let ends = ranges.iter().flatten().flatten();
-        ends.fold([value; 2], |[low, high], v| [low.min(*v), high.max(*v)])
-    };
-    let holds = |[low, high]: [f64; 2]| (low..=high).contains(&row.published);
-    let alone = hull(&[row.over_choices, row.over_twin]);
-    let all = hull(&[row.over_choices, row.over_draws, row.over_twin]);
-    let sign = all[0] * row.published > 0.0 && all[1] * row.published > 0.0;
-    Some(if holds(alone) && sign {
-        Reproduced::Reproduced
-    } else if holds(all) {
-        Reproduced::Possible
-    } else {
-        Reproduced::Not
-    })
 }
 
 #[cfg(test)]
@@ -492,40 +466,6 @@ mod tests {
         assert_eq!(part(1, &|v| v as usize), [1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3]);
         assert_eq!(tries(&file(12)), all, "same scene, same draws");
         assert!(tries(&CompareFile::default()).is_empty());
-    }
-
-    fn row(value: f64, published: f64, ranges: [Option<[f64; 2]>; 3]) -> Published {
-        let [over_choices, over_draws, over_twin] = ranges;
-        Published {
-            name: "n".into(),
-            measured: String::new(),
-            unit: "%".into(),
-            published,
-            kind: crate::scene::PublishedKindFile::default(),
-            value: Some(value),
-            band: Some([0.0, 1.0]),
-            state: State::Pass,
-            null_value: None,
-            over_choices,
-            over_draws,
-            over_twin,
-            reproduced: None,
-            source: String::new(),
-            remark: String::new(),
-        }
-    }
-
-    #[test]
-    fn reproduced_possible_and_not_are_distinguished() {
-        use super::Reproduced::{Not, Possible, Reproduced};
-        let judged = |value, published, ranges| reproduced(&row(value, published, ranges));
-        assert_eq!(judged(17.8, 24.5, [Some([12.0, 26.0]), Some([10.0, 30.0]), None]), Some(Reproduced));
-        assert_eq!(judged(17.8, 24.5, [Some([17.0, 20.0]), None, Some([14.0, 25.0])]), Some(Reproduced), "by the twin");
-        assert_eq!(judged(17.8, 24.5, [Some([12.0, 20.0]), Some([10.0, 30.0]), None]), Some(Possible), "draws alone");
-        assert_eq!(judged(17.8, 24.5, [Some([-1.0, 26.0]), None, None]), Some(Possible), "the sign turns");
-        assert_eq!(judged(17.8, 24.5, [Some([12.0, 26.0]), Some([-4.0, 20.0]), None]), Some(Possible), "in a draw");
-        assert_eq!(judged(17.8, 24.5, [Some([12.0, 20.0]), Some([10.0, 24.4]), None]), Some(Not));
-        assert_eq!(judged(24.5, 24.5, [None, None, None]), None, "nothing was varied, nothing is proved");
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! Published values and criteria against what was measured.
 
-use super::result::{Comparison, Depth, Expectation, ProgramFigures, Published};
+use super::{
+    agreement::agreement,
+    result::{Agreement, Comparison, Depth, Expectation, ProgramFigures, Published},
+};
 use crate::{
     scene::{CompareFile, ExpectFile, FormFile, QuantityFile, compare::ROTARY},
     verdict::verdict_file::State,
@@ -58,7 +61,7 @@ pub(crate) fn published(file: &CompareFile, all: &Comparison) -> Vec<Published> 
             (Some(v), Some(band)) => within(v, found.error, band.map(Some)),
             _ => State::Unchecked,
         };
-        Published {
+        let mut row = Published {
             name: p.name.clone(),
             measured: wanted.words(),
             unit: found.unit,
@@ -71,10 +74,15 @@ pub(crate) fn published(file: &CompareFile, all: &Comparison) -> Vec<Published> 
             over_choices: None,
             over_draws: None,
             over_twin: None,
-            reproduced: None,
+            agreement: Agreement::NotComparable,
+            decided_by: None,
+            not_comparable: p.not_comparable.clone(),
+            headline: p.headline,
             source: p.source.clone(),
             remark: p.remark.clone(),
-        }
+        };
+        row.agreement = agreement(&row);
+        row
     };
     file.published.iter().map(one).collect()
 }

@@ -4,10 +4,12 @@ use std::fmt::Write;
 
 use super::{
     BOUNDS, GAP,
-    result::{Comparison, Depth, Gain, GainAtLimit, Made, ProgramFigures, Variation},
+    result::{Comparison, Depth, Gain, GainAtLimit, Made, ProgramFigures, Published, Variation},
     uncertainty::{TimeGain, VariationKind},
 };
-use crate::{compare::certificate::VelocityLimit, units::UM_PER_MM, verdict::verdict_file::State};
+use crate::{
+    compare::certificate::VelocityLimit, scene::PublishedKindFile, units::UM_PER_MM, verdict::verdict_file::State,
+};
 
 /// Sizes of numbers that are written without an exponent.
 const PLAIN: std::ops::Range<f64> = 1e-4..1e7;
@@ -211,44 +213,103 @@ fn at_limit(row: &GainAtLimit) -> String {
     format!("{:.1}{is}: {saved} ({most})", row.velocity_deg_s)
 }
 
+/// Head of the table of headlines, for the first page of the experiments.
+pub const HEADLINES: &str = "\
+| experiment | headline | published | where | here | over what is open | null program | decided by | verdict |
+|---|---|---|---|---|---|---|---|---|
+";
+
+/// Rows of the headlines of a comparison under [`HEADLINES`]; `link` leads to its section.
+pub fn headlines(c: &Comparison, link: &str) -> String {
+    let mut out = String::new();
+    for p in c.published.iter().filter(|p| p.headline && p.kind != PublishedKindFile::OwnCount) {
+        let [published, here, open, null, decided] = values(p);
+        put(
+            &mut out,
+            format_args!(
+                "| [{}]({link}) | {} | {published} | {} | {here} | {open} | {null} | {decided} | {} |\n",
+                c.scene,
+                cell(&p.name),
+                cell(&p.source),
+                judged(p),
+            ),
+        );
+    }
+    out
+}
+
+/// Published value, ours, its range over what is open, that of the null program, and the choice that moves it most.
+fn values(p: &Published) -> [String; 5] {
+    let (unit, digits) = (&p.unit, digits(p.published));
+    let ranges = [p.over_choices, p.over_draws, p.over_twin];
+    let hull = ranges.into_iter().flatten().reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    let range = |[low, high]: [f64; 2]| format!("{} to {}", fixed(Some(low), digits), fixed(Some(high), digits));
+    [
+        format!("{}{} {unit}", p.kind.label(), p.published),
+        format!("{} {unit}", fixed(p.value, digits)),
+        hull.map_or_else(|| "nothing acts".to_owned(), range),
+        p.null_value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$} {unit}")),
+        p.decided_by.as_ref().map_or_else(|| "-".to_owned(), |(name, r)| format!("{}: {}", cell(name), range(*r))),
+    ]
+}
+
+fn judged(p: &Published) -> String {
+    match &p.not_comparable {
+        Some(why) => format!("{}: {}", p.agreement.words(), cell(why)),
+        None => p.agreement.words().to_owned(),
+    }
+}
+
 fn published(out: &mut String, c: &Comparison) {
     if c.published.is_empty() {
         return;
     }
-    let (open, null) = (c.choices.is_some(), c.null_program.as_deref());
-    out.push_str("### Published values and ours\n\n| what | measured here as | published | here |");
+    let (own, stated): (Vec<&Published>, Vec<&Published>) =
+        c.published.iter().partition(|p| p.kind == PublishedKindFile::OwnCount);
+    rows(out, c, ("### Published values and ours", "published"), &stated);
+    rows(out, c, ("### Second count and ours", "second count by other code"), &own);
+    choices(out, c);
+}
+
+fn rows(out: &mut String, c: &Comparison, (title, theirs): (&str, &str), all: &[&Published]) {
+    if all.is_empty() {
+        return;
+    }
+    put(out, format_args!("{title}\n\n| what | measured here as | {theirs} | here |"));
     let mut columns = 4;
     let mut head = |out: &mut String, words: &str| {
         put(out, format_args!(" {words} |"));
         columns += 1;
     };
+    let (open, null) = (c.choices.is_some(), c.null_program.as_deref());
     if let Some(name) = null {
         head(out, &format!("null program `{}`", cell(name)));
     }
     if open {
-        ["over the choices alone", "over the draws", "over the twin"].iter().for_each(|words| head(out, words));
+        ["over the choices alone", "over the draws", "over the twin", "decided by"]
+            .iter()
+            .for_each(|words| head(out, words));
     }
-    ["band", if open { "verdict" } else { "reached" }, "source", "remark"].iter().for_each(|words| head(out, words));
+    ["band", "verdict", "source", "remark"].iter().for_each(|words| head(out, words));
     put(out, format_args!("\n|{}\n", "---|".repeat(columns)));
-    for p in &c.published {
-        let unit = &p.unit;
+    for p in all {
         let digits = digits(p.published);
+        let [published, here, _, of_null, decided] = values(p);
         put(
             out,
             format_args!(
-                "| {} | {} | {}{} {unit} | {} {unit} |",
+                "| {} | {} | {} | {here} |",
                 cell(&p.name),
                 cell(&p.measured),
-                p.kind.label(),
-                p.published,
-                fixed(p.value, digits)
+                if p.kind == PublishedKindFile::OwnCount {
+                    published.trim_start_matches(p.kind.label())
+                } else {
+                    &published
+                }
             ),
         );
         if null.is_some() {
-            put(
-                out,
-                format_args!(" {} |", p.null_value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$} {unit}"))),
-            );
+            put(out, format_args!(" {of_null} |"));
         }
         if open {
             let range = |r: Option<[f64; 2]>| {
@@ -257,13 +318,12 @@ fn published(out: &mut String, c: &Comparison) {
             for r in [p.over_choices, p.over_draws, p.over_twin] {
                 put(out, format_args!(" {} |", range(r)));
             }
+            put(out, format_args!(" {decided} |"));
         }
         let band = p.band.map_or_else(|| "none".to_owned(), |[low, high]| format!("{low} to {high}"));
-        let judged = p.kind.judged(p.reproduced.map_or_else(|| reached(p.state), |r| r.word()));
-        put(out, format_args!(" {band} | {judged} | {} | {} |\n", cell(&p.source), cell(&p.remark)));
+        put(out, format_args!(" {band} | {} | {} | {} |\n", judged(p), cell(&p.source), cell(&p.remark)));
     }
     out.push('\n');
-    choices(out, c);
 }
 
 /// Decimals: as many as distinguish the published value from others.
@@ -465,8 +525,10 @@ fn kind(v: &Variation) -> &'static str {
     }
 }
 
+/// A gain with its error; one whose error reaches zero shows nothing.
 fn with_error(g: &TimeGain) -> String {
     match (g.percent, g.error_percent) {
+        (Some(p), Some(e)) if p.abs() <= e => format!("{p:.2} ± {e:.2}, no gain shown"),
         (Some(p), Some(e)) => format!("{p:.2} ± {e:.2}"),
         (p, _) => fixed(p, 2),
     }
@@ -494,14 +556,6 @@ fn significant(value: f64) -> String {
 
 fn word(state: State) -> &'static str {
     state.word()
-}
-
-fn reached(state: State) -> &'static str {
-    match state {
-        State::Pass => "yes",
-        State::Fail => "no",
-        State::Unchecked | State::NotAsked => "not judged",
-    }
 }
 
 /// Text that stays in its cell.

@@ -34,6 +34,7 @@
 //! | `unrolled.rs` | the side of a blade laid flat |
 //! | `variation.rs` | the twin with one parameter changed |
 
+mod agreement;
 pub mod certificate;
 mod choices;
 pub(crate) mod depth;
@@ -68,7 +69,7 @@ use self::{
     variation::{TwinVariation, own_limits, variations},
 };
 pub use self::{
-    markdown::markdown,
+    markdown::{HEADLINES, headlines, markdown},
     pictures::{DemandRow, JointPicture, PartPicture, Pictures, ProgramPicture, Role, Study, StudyCurve},
     result::*,
     uncertainty::{TimeGain, VariationKind},

@@ -13,10 +13,11 @@ use crate::{
     verdict::verdict_file::{Axis, Clearance, Deviation, GateVerdict, State, Surface, Time},
 };
 
+pub use super::agreement::Agreement;
 pub use crate::observe::study::StudyFigure;
 
 /// Version of the layout of [`Comparison`]; raised when a key changes its meaning or goes away.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Programs of a scene on the same twin, side by side (`compare.json`). Holds only what the inputs decide.
 ///
@@ -379,30 +380,6 @@ pub struct VariedGains {
     pub stretch_time_change_percent: Option<f64>,
 }
 
-/// Whether a published value comes out, whatever was chosen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Reproduced {
-    /// It lies in the range over choices and twin, and ours has its sign everywhere.
-    Reproduced,
-    /// It lies in the range, and some choice turns the sign; or only draws of all choices at once come as
-    /// far.
-    Possible,
-    /// It lies outside of everything that was tried.
-    Not,
-}
-
-impl Reproduced {
-    /// The word used in tables.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Reproduced => "reproduced",
-            Self::Possible => "possible",
-            Self::Not => "not",
-        }
-    }
-}
-
 /// What an experiment leaves open.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Choices {
@@ -454,8 +431,9 @@ pub struct Published {
     pub value: Option<f64>,
     /// From where to where it counts as reproduced; null when the scene sets no band.
     pub band: Option<[f64; 2]>,
-    /// Reproduced, where the scene lists choices; else our value lies in the band. Unchecked without a band
-    /// or a value, and where it is possible only.
+    /// Whether it counts for the comparison: by its agreement where the scene lists choices that act on it, else our
+    /// value lies in the band. Unchecked without a band or a value, and where only draws of all choices at once
+    /// reach the published value or the sign turns.
     pub state: State,
     /// The same quantity of the null program; null where there is none, or for the null program itself.
     #[serde(default)]
@@ -469,14 +447,48 @@ pub struct Published {
     /// The same over the variations of the twin; null where they cannot act.
     #[serde(default)]
     pub over_twin: Option<[f64; 2]>,
-    /// Judgement over choices and twin; null where the scene lists no choice, and where the value needs the
-    /// cut part.
+    /// How it compares with ours.
+    pub agreement: Agreement,
+    /// Choice that moves our value most, with the range of it; null where none acts.
     #[serde(default)]
-    pub reproduced: Option<Reproduced>,
+    pub decided_by: Option<(String, [f64; 2])>,
+    /// Why it cannot be compared; null where it can.
+    #[serde(default)]
+    pub not_comparable: Option<String>,
+    /// It is a headline of the publication.
+    #[serde(default)]
+    pub headline: bool,
     /// Where it was published.
     pub source: String,
     /// Why it can, or cannot, be reached.
     pub remark: String,
+}
+
+impl Published {
+    /// A row of which nothing but the name is known.
+    #[cfg(test)]
+    pub(crate) fn named(name: &str) -> Self {
+        Self {
+            name: name.into(),
+            measured: String::new(),
+            unit: "%".into(),
+            published: 0.0,
+            kind: PublishedKindFile::default(),
+            value: None,
+            band: Some([0.0, 1.0]),
+            state: State::Pass,
+            null_value: None,
+            over_choices: None,
+            over_draws: None,
+            over_twin: None,
+            agreement: Agreement::NotComparable,
+            decided_by: None,
+            not_comparable: None,
+            headline: false,
+            source: String::new(),
+            remark: String::new(),
+        }
+    }
 }
 
 /// A criterion of the scene.

@@ -108,6 +108,11 @@ pub struct PublishedFile {
     /// Why it can, or cannot, be reached.
     #[serde(default)]
     pub remark: String,
+    /// Why it cannot be compared with ours: the publication does not define it, or it is another quantity.
+    pub not_comparable: Option<String>,
+    /// It is what the publication is known for: a row of the first table of the experiments.
+    #[serde(default)]
+    pub headline: bool,
 }
 
 /// Who states a value that ours is compared with.
@@ -129,17 +134,7 @@ impl PublishedKindFile {
         match self {
             Self::Paper => "",
             Self::Figure => "from a figure: ",
-            Self::OwnCount => "own count: ",
-        }
-    }
-
-    /// A judgement in words: what agrees with a count of our own reproduces nothing.
-    pub fn judged(self, word: &'static str) -> &'static str {
-        match (self, word) {
-            (Self::OwnCount, "reproduced" | "yes" | "in the band") => "agrees with own count",
-            (Self::OwnCount, "possible") => "may agree with own count",
-            (Self::OwnCount, "not" | "no" | "outside") => "differs from own count",
-            _ => word,
+            Self::OwnCount => "second count: ",
         }
     }
 }

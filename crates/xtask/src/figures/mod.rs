@@ -128,7 +128,7 @@ fn registry(text: &str) -> Result<Vec<FigureRun>, TaskError> {
     let mut out: Vec<FigureRun> = Vec::new();
     for entry in list {
         let entry = entry.as_table().ok_or_else(|| fault("a run is not a table".into()))?;
-        let known = ["name", "command", "experiment", "data", "long", "made", "second_count"];
+        let known = ["name", "command", "experiment", "data", "long", "made", "paper", "second_count"];
         if let Some(key) = entry.keys().find(|k| !known.contains(&k.as_str())) {
             return Err(fault(format!("unknown key {key:?}; a run has {}", known.join(", "))));
         }
