@@ -1,7 +1,7 @@
 //! Forces of one moment of a cut, from the slices in which the cutter is engaged.
 //!
 //! A tooth under the angle p, seen from the spindle: 0 on the left of the feed, a quarter turn in front. An
-//! edge element with the normal (n_r, n_d) (radial, downward) goes through material with the chip thickness
+//! edge element with the normal (`n_r`, `n_d`) (radial, downward) goes through material with the chip thickness
 //!
 //! ```text
 //! h(p) = (v_x n_r sin p + v_d n_d) / (teeth per second)        v_x: feed across the axis, v_d: down along it

@@ -26,7 +26,8 @@
 //! let steel = Material::from_text(Path::new("m.toml"), steel)?;
 //! let model = ForceModel::new(&tools.tools[0], steel, 1.0, None).expect("it has teeth");
 //! // A slot 1 mm deep at 3000/min and 600 mm/min: 0.1 mm per tooth.
-//! let slot = SliceCut { height: [0.0, 1.0], range: Some([0.0, std::f64::consts::PI]), around: false, feed_across: 10.0, feed_down: 0.0 };
+//! let range = Some([0.0, std::f64::consts::PI]);
+//! let slot = SliceCut { height: [0.0, 1.0], range, around: false, feed_across: 10.0, feed_down: 0.0 };
 //! let loads = model.loads(&[slot], 3000.0).expect("the spindle turns").at(1.0);
 //! assert!((loads.chip_mm - 0.1).abs() < 1e-12);
 //! assert!((loads.power_kw - 1500.0 * 1.0 * 10.0 * 600.0 / 60e6).abs() < 1e-6); // kc ap ae vf

@@ -99,7 +99,7 @@ impl Material {
         let document = Document::new(name, text);
         let file: MaterialFile = document.read()?;
         let within = |key: &'static str, value: f64, [least, most]: [f64; 2]| {
-            if value >= least && value <= most {
+            if (least..=most).contains(&value) {
                 return Ok(());
             }
             let message = format!("must be from {least} to {most}");

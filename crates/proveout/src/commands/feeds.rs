@@ -34,7 +34,7 @@ pub(crate) fn feeds(args: &FeedsArgs) -> Result<(), Failure> {
         return Err(Failure::new("--output is missing: this --mode writes a program")
             .with_help("add --output FILE, or use --mode analyse"));
     }
-    if !(args.dead_band >= 0.0 && args.dead_band < PERCENT) {
+    if !(0.0..PERCENT).contains(&args.dead_band) {
         return Err(Failure::new(format!("--dead-band {}: must be from 0 to below 100 percent", args.dead_band))
             .with_help("use 5, or 0 to make every change"));
     }

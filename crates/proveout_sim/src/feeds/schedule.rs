@@ -155,8 +155,6 @@ pub struct FeedsResult {
     pub new_faults: Vec<(String, u32)>,
     /// Chip thickness that was learned, by tool, mm.
     pub learned: Vec<(String, f64)>,
-    /// The limits that held, by tool.
-    pub limits: Vec<(String, ToolLimits)>,
     /// What the result rests on.
     pub assumed: Vec<String>,
     /// Longest edge of a cell, mm.
@@ -539,8 +537,6 @@ impl<'a> Work<'a> {
                 has_forces: rule.is_some_and(|r| r.has_material),
             }
         });
-        let limits =
-            self.rules.iter().filter_map(|(t, rule)| Some((tools.get(*t)?.name.clone(), rule.limits.clone()?)));
         let known = |code: &str, line: u32| first.faults.get(code).is_some_and(|lines| lines.contains(&line));
         let faults = run.faults.iter().flat_map(|(code, lines)| lines.iter().map(move |line| (code.clone(), *line)));
         FeedsResult {
@@ -554,7 +550,6 @@ impl<'a> Work<'a> {
             over_in_kept,
             new_faults: faults.filter(|(code, line)| !known(code, *line)).collect(),
             learned: Vec::new(),
-            limits: limits.collect(),
             assumed: self.call.limits.map(LimitsFile::assumed).unwrap_or_default(),
             cell_mm: run.cell_mm,
             engagement: engagement.collect(),
