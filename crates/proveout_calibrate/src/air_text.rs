@@ -44,7 +44,7 @@ impl AirProgram {
         let mut out = Writer { machine, language: &language, text: String::new(), line: 0, at: Vec::new() };
         out.head(self);
         for &joint in &self.order {
-            out.to_home(joint);
+            out.send_home(joint);
         }
         let mut left_out = Vec::new();
         for step in &self.steps {
@@ -143,7 +143,7 @@ impl Writer<'_> {
     }
 
     /// Home at rapid rate, in machine coordinates.
-    fn to_home(&mut self, joint: usize) {
+    fn send_home(&mut self, joint: usize) {
         let Some(to) = self.machine.joints.get(joint).map(|j| j.kind.in_unit(j.home)) else { return };
         let (letter, to) = (self.letter(joint).to_owned(), number(to));
         match self.language {
