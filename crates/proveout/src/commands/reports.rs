@@ -82,7 +82,7 @@ impl ProgramTexts {
     fn line(&mut self, name: &str, line: Option<u32>) -> (String, String) {
         let Some(path) = self.opened.get(name) else { return (name.to_owned(), String::new()) };
         let text =
-            self.texts.entry(name.to_owned()).or_insert_with(|| ProgramText::open(&path.display().to_string()).ok());
+            self.texts.entry(name.to_owned()).or_insert_with(|| ProgramText::open(path.display().to_string()).ok());
         let line = line.and_then(|line| text.as_ref()?.line(line as usize)).unwrap_or_default();
         (from_here(path), line.to_owned())
     }

@@ -471,8 +471,9 @@ impl<'a> Work<'a> {
         scales: &BTreeMap<u32, f64>,
         tools: &[Tool],
     ) -> FeedsResult {
+        type OfBlock = (Loads, Option<(f64, Binds)>, bool);
         let by_line = lines(run, loads, self.file);
-        let mut of_block: BTreeMap<u32, (Loads, Option<(f64, Binds)>, bool)> = BTreeMap::new();
+        let mut of_block: BTreeMap<u32, OfBlock> = BTreeMap::new();
         for (sample, l) in run.samples.iter().zip(loads) {
             let known = of_block.entry(sample.block).or_default();
             known.0 = worst_of(&known.0, &l.loads);
