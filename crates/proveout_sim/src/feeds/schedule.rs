@@ -471,17 +471,15 @@ impl<'a> Work<'a> {
         scales: &BTreeMap<u32, f64>,
         tools: &[Tool],
     ) -> FeedsResult {
-        type OfBlock = (Loads, Option<(f64, Binds)>, bool);
         let by_line = lines(run, loads, self.file);
-        let mut of_block: BTreeMap<u32, OfBlock> = BTreeMap::new();
+        let mut of_block: BTreeMap<u32, BlockLoads> = BTreeMap::new();
         for (sample, l) in run.samples.iter().zip(loads) {
             let known = of_block.entry(sample.block).or_default();
-            known.0 = worst_of(&known.0, &l.loads);
-            known.1 = match (known.1, l.over) {
+            known.loads = worst_of(&known.loads, &l.loads);
+            known.over = match (known.over, l.over) {
                 (Some(a), Some(b)) => Some(if b.0 > a.0 { b } else { a }),
                 (a, b) => a.or(b),
             };
-            known.2 = true;
         }
         let before: BTreeMap<u32, &TwinBlock> = first.blocks.iter().map(|b| (b.row.block, b)).collect();
         let (mut rows, mut worst, mut over_in_kept) = (Vec::new(), None::<(f64, Binds, u32)>, 0);
@@ -499,7 +497,7 @@ impl<'a> Work<'a> {
                 other => other,
             };
             let known = of_block.get(&block.row.block);
-            let over = known.and_then(|k| k.1);
+            let over = known.and_then(|k| k.over);
             match (&set_by, over) {
                 (FeedSetBy::Kept(_), Some((ratio, _))) => over_in_kept += usize::from(ratio > OVER),
                 (_, Some((ratio, binds))) if worst.is_none_or(|(most, ..)| ratio > most) => {
@@ -518,8 +516,8 @@ impl<'a> Work<'a> {
                 reached_mm_min: [was.reached, block.reached].map(|f| 60.0 * f),
                 time_s: [was.time(), time],
                 set_by,
-                engaged: known.is_some_and(|k| k.2),
-                loads: known.filter(|_| rule.is_some_and(|r| r.model.is_some())).map(|k| k.0),
+                engaged: known.is_some(),
+                loads: known.filter(|_| rule.is_some_and(|r| r.model.is_some())).map(|k| k.loads),
                 over: over.map(|(ratio, _)| ratio),
                 removal_mm3_s: if time > 0.0 { block.row.volume_mm3 / time } else { 0.0 },
             });
@@ -556,6 +554,13 @@ impl<'a> Work<'a> {
             engagement: engagement.collect(),
         }
     }
+}
+
+/// Largest loads of a block, and the worst of them over its limit.
+#[derive(Clone, Copy, Debug, Default)]
+struct BlockLoads {
+    loads: Loads,
+    over: Option<(f64, Binds)>,
 }
 
 /// The larger of each load.
