@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use proveout_calibrate::{WordTimes, calibrate, calibrated_machine};
+use proveout_calibrate::{Parameter, WordTimes, calibrate, calibrated_machine};
 use proveout_machine::Machine;
 use proveout_nc::Program;
 
@@ -36,7 +36,10 @@ fn what_is_found_is_in_the_file_with_its_error_and_the_rest_stays() {
         near(joint.max_velocity, axis.velocity / 60.0, 0.005);
         near(joint.max_acceleration, axis.acceleration, 0.005);
         near(joint.max_jerk, axis.jerk, 0.03);
-        near(joint.drive.as_ref().map(|d| d.position_gain), axis.gain, 0.01);
+        let own = |p: &&Parameter| p.joint.as_ref() == Some(&joint.name) && p.key == "position_gain_1_s";
+        let gain = found.parameters.iter().find(own).expect("a gain");
+        let stays = guess.joints[k].drive.as_ref().map_or(0.0, |d| d.position_gain);
+        near(joint.drive.as_ref().map(|d| d.position_gain), if gain.written { axis.gain } else { stays }, 0.01);
         near(joint.drive.as_ref().map(|d| d.coulomb_friction), axis.coulomb, 0.03);
         let key = format!("joint.{}.max_jerk_mm_s3", joint.name);
         let trust: Vec<_> = after.trust.iter().filter(|t| t.key == key).collect();

@@ -65,8 +65,8 @@ fn bound(key: &str) -> Option<f64> {
     }
 }
 
-/// Counts of intervals that hold the truth, and of all.
-fn check(found: &Calibration, plant: &Plant, name: &str, counts: &mut [usize; 2]) {
+/// Counts intervals that hold the truth, all intervals, drives that were not followed, and those that were.
+fn check(found: &Calibration, plant: &Plant, name: &str, counts: &mut [usize; 4]) {
     for (p, truth) in beside_truth(found, plant) {
         let joint = p.joint.as_deref().unwrap_or_default();
         let part = p.estimate.map(|e| e / truth - 1.0);
@@ -74,6 +74,14 @@ fn check(found: &Calibration, plant: &Plant, name: &str, counts: &mut [usize; 2]
             "{name} {joint} {}: true {truth:.5}, found {:?} +- {:?} ({:?}) {}",
             p.key, p.estimate, p.standard_error, part, p.reason
         );
+        if p.key == "position_gain_1_s" && p.reason.contains("the drive model leaves") {
+            // From a guess that is off by a quarter in everything a search may end in a hollow: it is named, and
+            // the value stays.
+            assert!(!p.written, "{name} {joint}");
+            counts[2] += 1;
+            continue;
+        }
+        counts[3] += usize::from(p.key == "position_gain_1_s");
         if let Some(bound) = bound(p.key) {
             assert!(p.written, "{name} {joint} {}: {}", p.key, p.reason);
             assert!(part.is_some_and(|v| v.abs() < bound), "{name} {joint} {}: {part:?}", p.key);
@@ -87,20 +95,31 @@ fn check(found: &Calibration, plant: &Plant, name: &str, counts: &mut [usize; 2]
 
 #[test]
 fn limits_gains_and_friction_of_two_machines_are_found() {
-    let mut counts = [0; 2];
+    let mut counts = [0; 4];
     let first = std::env::var("PROVEOUT_CALIBRATE_FIRST").ok().and_then(|v| v.parse().ok()).unwrap_or(1);
     for seed in first..first + 2 {
         let plant = plant(seed);
         check(&calibrated(&plant, SHARP, seed), &plant, &format!("machine {seed}"), &mut counts);
     }
     println!("{counts:?}");
+    assert!(counts[3] > 2 * counts[2], "{counts:?}");
+}
+
+/// Started from the true values, no drive is missed.
+#[test]
+fn drives_that_are_described_rightly_are_found_again() {
+    let mut counts = [0; 4];
+    let mut plant = plant(1);
+    plant.guess = machine_text(&plant.axes);
+    check(&calibrated(&plant, SHARP, 1), &plant, "machine 1", &mut counts);
+    assert_eq!((counts[2], counts[3]), (0, 3));
 }
 
 /// 20 machines: bounds of every value, and the part of the 95 percent intervals that hold the truth.
 #[test]
 #[ignore = "nightly, 200 s"]
 fn intervals_of_twenty_machines_hold_the_truth_as_often_as_they_say() {
-    let mut counts = [0; 2];
+    let mut counts = [0; 4];
     for seed in 1..=20 {
         let plant = plant(seed);
         check(&calibrated(&plant, SHARP, seed), &plant, &format!("machine {seed}"), &mut counts);
@@ -108,6 +127,7 @@ fn intervals_of_twenty_machines_hold_the_truth_as_often_as_they_say() {
     let share = counts[0] as f64 / counts[1] as f64;
     println!("{share:.3} of {}", counts[1]);
     assert!(share >= 0.90, "{counts:?}");
+    assert!(counts[3] > 2 * counts[2], "{counts:?}");
 }
 
 /// Fewer rows and rounding: no interval is falsely small, and none of a value with a bound gets smaller.
