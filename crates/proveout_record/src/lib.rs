@@ -34,7 +34,7 @@
 //! - `sweep.parquet`, `.csv`, `.json`, `.html` ([`merge_sweep`]): a row a job of a sweep, one page
 //! - a file as named ([`write_section_svg`], [`write_section_csv`]): a section of a stock, in the plane and
 //!   in W, mm
-//! - a file as named ([`exchange::sarif`], [`exchange::junit`]): findings and gates for other programs
+//! - a file as named ([`exchange::sarif()`], [`exchange::junit()`]): findings and gates for other programs
 //! - a file as named ([`machine_png`]): a machine at home with its axes and bodies
 //! - a file as named ([`write_height_map_png`]): a height map with color bar, units, direction of the lay
 //! - `recording.rrd` ([`RerunObserver`]): machine, tool, stock, signals, findings on the timeline `sim_time`
