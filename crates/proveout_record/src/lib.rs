@@ -35,7 +35,7 @@
 //! - a file as named ([`write_engagement_table`]): engagement and loads along the path, by slices of the cutter
 //! - a file as named ([`write_section_svg`], [`write_section_csv`]): a section of a stock, in the plane and
 //!   in W, mm
-//! - a file as named ([`exchange::sarif`], [`exchange::junit`]): findings and gates for other programs
+//! - a file as named ([`exchange::sarif()`], [`exchange::junit()`]): findings and gates for other programs
 //! - a file as named ([`machine_png`]): a machine at home with its axes and bodies
 //! - a file as named ([`write_height_map_png`]): a height map with color bar, units, direction of the lay
 //! - `recording.rrd` ([`RerunObserver`]): machine, tool, stock, signals, findings on the timeline `sim_time`
