@@ -63,8 +63,11 @@ fn unit_within(all: &UnitInstances<'_>, id: u64, depth: u32) -> Option<LengthUni
     let measure = crate::scan::records(all.get(&reference(conversion.get(1)?)?)?);
     let measure = measure.first()?;
     let parts = arguments(measure.1);
-    let value = crate::scan::records(parts.first()?);
-    let size: f64 = std::str::from_utf8(value.first()?.1).ok()?.trim().parse().ok()?;
+    // The measure is typed, LENGTH_MEASURE(25.4), or bare, as Open CASCADE writes it.
+    let value = *parts.first()?;
+    let typed = crate::scan::records(value);
+    let size = typed.first().map_or(value, |record| record.1);
+    let size: f64 = std::str::from_utf8(size).ok()?.trim().parse().ok()?;
     let of = unit_within(all, reference(parts.get(1)?)?, depth.checked_sub(1)?)?;
     let millimeters = size * of.millimeters;
     (millimeters.is_finite() && millimeters > 0.0).then_some(LengthUnit { name, millimeters })
@@ -98,6 +101,8 @@ mod tests {
             (6, b"LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(12.),#4)"),
             (7, b"( CONVERSION_BASED_UNIT('FOOT',#6) LENGTH_UNIT() NAMED_UNIT(#9) )"),
             (8, b"LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.),#9)"),
+            (10, b"LENGTH_MEASURE_WITH_UNIT(25.4,#1)"),
+            (11, b"( CONVERSION_BASED_UNIT('inch',#10) LENGTH_UNIT() NAMED_UNIT(\n  #12) )"),
             (9, b"( CONVERSION_BASED_UNIT('LOOP',#8) LENGTH_UNIT() NAMED_UNIT(#9) )"),
         ]
         .into_iter()
@@ -106,6 +111,7 @@ mod tests {
         assert_eq!(unit(1), Some(("millimetre".into(), 1.0)));
         assert_eq!(unit(2), Some(("metre".into(), 1000.0)));
         assert_eq!(unit(4), Some(("INCH".into(), 25.4)));
+        assert_eq!(unit(11), Some(("inch".into(), 25.4)));
         let foot = length_unit(&all, 7).expect("a foot");
         assert!((foot.millimeters - 304.8).abs() < 1e-9, "{foot:?}");
         assert_eq!((unit(5), unit(9), unit(77)), (None, None, None));
