@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn steps_of_time_are_even_or_not() {
         let even: Vec<f64> = (0..100).map(|i| f64::from(i) * 0.001).collect();
-        assert_eq!(steps_of_time(&even).1, true);
+        assert!(steps_of_time(&even).1);
         let mut shaken = even.clone();
         shaken[50] += 0.0003;
         let (step, is_even) = steps_of_time(&shaken);

@@ -133,17 +133,17 @@ fn coarser_traces_have_wider_intervals_and_none_is_falsely_small() {
     ];
     for (name, recorder) in coarse {
         let found = calibrated(&plant, recorder, 9);
-        for ((p, truth), before) in beside_truth(&found, &plant).zip(&sharp.parameters) {
+        for (p, truth) in beside_truth(&found, &plant) {
             println!(
                 "{name} {:?} {}: true {truth:.4}, {:?} +- {:?} {}",
                 p.joint, p.key, p.estimate, p.standard_error, p.reason
             );
-            assert_eq!((p.key, &p.joint), (before.key, &before.joint));
             let (Some(estimate), Some(error)) = (p.estimate, p.standard_error) else { continue };
             // Four standard errors: of 150 values one in a hundred runs would be outside by chance.
             assert!((estimate - truth).abs() < 4.0 * error, "{name} {:?} {}", p.joint, p.key);
             let widens = recorder.every > 1 || recorder.rounding > 0.01;
-            if bound(p.key).is_some() && widens && p.written {
+            let before = sharp.parameters.iter().find(|b| b.key == p.key && b.joint == p.joint && b.written);
+            if let Some(before) = before.filter(|_| bound(p.key).is_some() && widens && p.written) {
                 assert!(before.standard_error.is_some_and(|b| error > b), "{name} {:?} {}", p.joint, p.key);
             }
         }
