@@ -334,7 +334,11 @@ fn fit_kind(kind: LawKind, data: &[Data], velocity: f64, acceleration: f64) -> O
         order.swap(1, 2);
     }
     let known = |k: usize| minimum.errors.get(k).copied().flatten().filter(|_| k < problem.shared && minimum.converged);
-    let errors = order.map(known);
+    let mut errors = order.map(known);
+    if (1..problem.shared).any(|k| known(k).is_none()) {
+        // A shape with a part that nothing determines lies in a hollow of its own: none of it is known.
+        errors = [errors[0], None, None];
+    }
     let correlations = order.map(|i| {
         order.map(|k| if i < problem.shared && k < problem.shared { minimum.correlations[(i, k)] } else { 0.0 })
     });

@@ -46,12 +46,9 @@ const MOST_ROW_S: f64 = 0.025;
 const CYCLE_S: f64 = 1e-3;
 /// Deviation of the logarithm of an elastic frequency in a machine file: it is right within a third.
 const GUESSED_FREQUENCY: f64 = 0.3;
-/// Mean square of the residuals, in squares of their deviations, of a fit that explains them.
+/// Mean square of the residuals, in squares of their deviations, of a fit that explains them: the errors of
+/// another one would say nothing of how far the gains are off.
 const GOOD: f64 = 1.2;
-/// The same of one that does not ...
-const MISFIT: f64 = 4.0;
-/// ... where it also leaves more than this part of the largest following error.
-const LEFT: f64 = 0.01;
 /// Drives of the net from which a search begins.
 const TRIED: usize = 6;
 /// Costs that differ by less than this part are the same.
@@ -432,7 +429,7 @@ pub(crate) fn fit_servo(
     let deviations: Vec<f64> = problem.stretches.iter().flat_map(|s| s.measured.iter().map(|m| m[1])).collect();
     let squares: f64 = residuals.iter().zip(&deviations).map(|(r, s)| (r * s).powi(2)).sum();
     let left = (squares / residuals.len().max(1) as f64).sqrt();
-    if minimum.cost > MISFIT * minimum.rows as f64 && left > LEFT * largest {
+    if minimum.cost > GOOD * minimum.rows as f64 {
         return Err(format!(
             "the drive model leaves {:.5} {unit} of a following error of {:.5} {unit}: this drive has another structure, or \
              its start in the machine file is too far off",

@@ -9,11 +9,11 @@ use proveout_nc::{Dialect, Program};
 
 use crate::plant::{Axis, Random, machine, machine_text};
 
-/// A machine by its name, with ranges of joints.
-type Ranged = (String, Machine, Vec<(String, [f64; 2])>);
+/// Ranges of joints by name.
+type Ranges = Vec<(String, [f64; 2])>;
 
 /// Machines of the library, each with the range of its joint along the spindle: all of its travel.
-fn library() -> Vec<Ranged> {
+fn library() -> Vec<(String, Machine, Ranges)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../machines");
     let mut all = Vec::new();
     for entry in std::fs::read_dir(folder).expect("machines/") {

@@ -39,7 +39,8 @@ fn what_is_found_is_in_the_file_with_its_error_and_the_rest_stays() {
         let own = |p: &&Parameter| p.joint.as_ref() == Some(&joint.name) && p.key == "position_gain_1_s";
         let gain = found.parameters.iter().find(own).expect("a gain");
         let stays = guess.joints[k].drive.as_ref().map_or(0.0, |d| d.position_gain);
-        near(joint.drive.as_ref().map(|d| d.position_gain), if gain.written { axis.gain } else { stays }, 0.01);
+        let (aim, error) = if gain.written { (axis.gain, gain.standard_error) } else { (stays, None) };
+        near(joint.drive.as_ref().map(|d| d.position_gain), aim, 0.01_f64.max(4.0 * error.unwrap_or(0.0) / aim));
         near(joint.drive.as_ref().map(|d| d.coulomb_friction), axis.coulomb, 0.03);
         let key = format!("joint.{}.max_jerk_mm_s3", joint.name);
         let trust: Vec<_> = after.trust.iter().filter(|t| t.key == key).collect();
