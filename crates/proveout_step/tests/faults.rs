@@ -144,7 +144,8 @@ fn an_answer_about_another_file_or_in_another_protocol_is_refused() {
 
 #[test]
 fn files_that_do_not_fit_each_other_are_refused() {
-    let changes: [(&str, fn(&mut Fake), &str); 7] = [
+    type Change = fn(&mut Fake);
+    let changes: [(&str, Change, &str); 7] = [
         ("short", |f| f.mesh.truncate(100), "mesh.bin has 100 bytes, and mesh.json announces"),
         ("long", |f| f.samples.push(0), "samples.bin: it has"),
         ("vertex", |f| f.mesh[24 * 130..24 * 130 + 4].fill(0xff), "names vertex 4294967295 of 130"),

@@ -304,9 +304,12 @@ fn libraries_of_cam_systems_state_unit_and_type() {
                  <param name=\"number of teeth\" value=\"4\"/><param name=\"unit\" value=\"inch\"/></Tool></Tools></Results>";
     let all = import_tools(&shelf.file("solid.xml", solid), &call(None)).expect("read");
     let mill = &all.tools[0];
-    assert_eq!((all.format, mill.kind, mill.diameter()), ("SolidCAM library", Some("flat"), Some(9.525)));
-    assert_eq!((mill.shank, mill.overall, mill.flute_length), (Some(9.525), Some(63.5), Some(0.75 * 25.4)));
-    assert_eq!((mill.stick_out, mill.flutes), (Some(1.2 * 25.4), Some(4)));
+    assert_eq!((all.format, mill.kind, mill.diameter()), ("SolidCAM library", Some("flat"), Some(0.375 * INCH_MM)));
+    assert_eq!(
+        (mill.shank, mill.overall, mill.flute_length),
+        (Some(0.375 * INCH_MM), Some(2.5 * INCH_MM), Some(0.75 * INCH_MM))
+    );
+    assert_eq!((mill.stick_out, mill.flutes), (Some(1.2 * INCH_MM), Some(4)));
     let refused = |text: &str| import_tools(&shelf.file("bad.xml", text), &call(None)).expect_err("bad").to_string();
     let two = refused(&hyper.replace("\"toolTotalLength\" value=\"80\"", "\"toolDiameter\" value=\"12\""));
     assert!(two.contains("tool 1 of the file (\"Kugel 10\"): `toolDiameter` has two values: 10 and 12"), "{two}");
