@@ -13,9 +13,11 @@ use serde_json::{Value, json};
 use crate::{
     error::RecordError,
     page_template::{fill, policy},
+    report::format::{duration, volume},
 };
 
 const TEMPLATE: &str = include_str!("../templates/job.html");
+const CSS: &str = include_str!("../templates/report.css");
 
 /// Writes `job.json` and `job.html` into the folder of a job.
 ///
@@ -46,7 +48,7 @@ fn render(verdict: &JobVerdict) -> Result<String, RecordError> {
                 "why": s.not_run.clone().unwrap_or_default(),
                 "figures": match (s.time_s, s.removed_mm3, s.stock_left_mm3) {
                     (Some(time), Some(removed), Some(left)) => {
-                        format!("{time:.1} s of machine time, {removed:.1} mm³ removed, {left:.1} mm³ left")
+                        format!("{} of machine time, {} removed, {} left", duration(time), volume(removed), volume(left))
                     }
                     _ => String::new(),
                 },
@@ -57,7 +59,8 @@ fn render(verdict: &JobVerdict) -> Result<String, RecordError> {
         })
         .collect();
     let (class, word) = words(verdict.verdict);
-    let data = context! { policy => policy(&[]), job => verdict.job.clone(), class, word, rows => Serde(rows) };
+    let data =
+        context! { policy => policy(&[]), css => CSS, job => verdict.job.clone(), class, word, rows => Serde(rows) };
     fill("job.html", TEMPLATE, data)
 }
 

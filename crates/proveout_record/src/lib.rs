@@ -34,6 +34,7 @@
 //! - `sweep.parquet`, `.csv`, `.json`, `.html` ([`merge_sweep`]): a row a job of a sweep, one page
 //! - a file as named ([`write_section_svg`], [`write_section_csv`]): a section of a stock, in the plane and
 //!   in W, mm
+//! - a file as named ([`exchange::sarif()`], [`exchange::junit()`]): findings and gates for other programs
 //! - a file as named ([`machine_png`]): a machine at home with its axes and bodies
 //! - a file as named ([`write_height_map_png`]): a height map with color bar, units, direction of the lay
 //! - `recording.rrd` ([`RerunObserver`]): machine, tool, stock, signals, findings on the timeline `sim_time`
@@ -73,6 +74,8 @@
 //! | `stock.rs`, `section.rs` | stock files; sections of a stock |
 //! | `roughness_map.rs`, `roughness_files.rs`, `roughness_picture.rs` | roughness maps |
 //! | `inspection.rs`, `qif.rs`, `qif/` | measured features: CSV, QIF |
+//! | `exchange/` | results as SARIF and JUnit XML |
+//! | `in_process/` | stock and tool at moments of the run, for recording and player |
 //! | `recording/`, `rerun_mode.rs` | the recording for the Rerun viewer; where it goes |
 //! | `report/` | `report.html`: findings, part, path, signals |
 //! | `setup_sheet/` | `setup.html` |
@@ -81,7 +84,7 @@
 //! | `contact/` | pictures of first contacts |
 //! | `job_page.rs`, `sweep.rs` | results of a job, of a sweep |
 //! | `free_axes.rs`, `program.rs` | free tool axes along a program; text of a re-scheduled program |
-//! | `page_template.rs`, `page_encoding.rs` | templates of the pages; bytes as text in them |
+//! | `page_template.rs`, `page_scripts.rs`, `page_encoding.rs` | templates and scripts of the pages; bytes as text |
 //! | `canvas.rs`, `font.rs`, `projection.rs`, `color.rs`, `machine_picture.rs` | drawing of PNG pictures |
 //! | `deviation_classes.rs`, `envelope.rs`, `units.rs` | bounded counts and signals; units of files |
 //! | `error.rs` | why a file could not be written |
@@ -96,15 +99,18 @@ mod contact;
 mod deviation_classes;
 mod envelope;
 mod error;
+pub mod exchange;
 mod font;
 mod free_axes;
 mod glb;
+mod in_process;
 mod inspection;
 mod job_page;
 mod json;
 mod machine_picture;
 mod mesh_file;
 mod page_encoding;
+mod page_scripts;
 mod page_template;
 mod parquet_table;
 mod part;

@@ -1,5 +1,5 @@
 // The program beside the part: a click on the surface gives the line that cut it, a click on a line shows its path; scales of the colors.
-(async () => {
+const bench = (async () => {
   'use strict';
   const view = await partView;
   const pane = document.getElementById('listing'), said = document.getElementById('said');
@@ -60,7 +60,8 @@
 
   // The listing: only rows in sight are elements
   const HEIGHT = 19;
-  let chosen = 0;
+  let chosen = 0, playing = 0;
+  const heard = [];
   const rowOf = new Map(rows.map((r, k) => [r.id, k]));
   const fill = pane && pane.querySelector('.fill');
   const paint = () => {
@@ -75,7 +76,7 @@
         element.textContent = row.title || `… ${row.gap} lines`;
         return element;
       }
-      element.className = 'row' + (row.id === chosen ? ' chosen' : '') + (found.has(row.id) ? ' ' + found.get(row.id) : '');
+      element.className = 'row' + (row.id === chosen ? ' chosen' : '') + (row.id === playing ? ' playing' : '') + (found.has(row.id) ? ' ' + found.get(row.id) : '');
       element.setAttribute('role', 'option');
       element.setAttribute('aria-selected', row.id === chosen);
       element.id = `row-${row.id}`;
@@ -90,12 +91,14 @@
   };
   const found = new Map();
   document.querySelectorAll('[data-finding-line]').forEach((e) => { if (!found.has(Number(e.dataset.findingLine))) found.set(Number(e.dataset.findingLine), e.dataset.severity); });
+  const intoSight = (id) => {
+    if (!pane || !rowOf.has(id)) return;
+    const top = rowOf.get(id) * HEIGHT;
+    if (top < pane.scrollTop || top > pane.scrollTop + pane.clientHeight - 2 * HEIGHT) pane.scrollTop = top - pane.clientHeight / 2;
+  };
   const show = (id, frame) => {
     chosen = id;
-    if (pane && rowOf.has(id)) {
-      const top = rowOf.get(id) * HEIGHT;
-      if (top < pane.scrollTop || top > pane.scrollTop + pane.clientHeight - 2 * HEIGHT) pane.scrollTop = top - pane.clientHeight / 2;
-    }
+    intoSight(id);
     paint();
     const list = stretches.get(id) || [];
     if (view && points) {
@@ -120,6 +123,11 @@
       if (!row) return;
       const id = Number(row.dataset.line), count = show(id, true);
       say(count ? `${words(id)}: its path is drawn` : `${words(id)} moves nothing`);
+      heard.forEach((tell) => tell(id, false));
+    });
+    pane.addEventListener('dblclick', (e) => {
+      const row = e.target.closest('[data-line]');
+      if (row) heard.forEach((tell) => tell(Number(row.dataset.line), true));
     });
     pane.addEventListener('keydown', (e) => {
       const way = { ArrowDown: 1, ArrowUp: -1, PageDown: 20, PageUp: -20 }[e.key];
@@ -136,11 +144,13 @@
     new ResizeObserver(paint).observe(pane);
     paint();
   }
-  if (view) view.onClick((hit) => {
+  if (view) view.onClick(async (hit) => {
     if (!hit) { say('Nothing there.'); return; }
+    const run = await runData, line = run ? run.lineOf(hit.block) : 0;
     const at = hit.point.map((v, k) => 'XYZ'[k] + ' ' + v.toFixed(2)).join(' ');
     const off = hit.value === null ? '' : `, ${Math.abs(hit.value) < 0.1 ? (1e3 * hit.value).toFixed(1) + ' µm' : hit.value.toFixed(3) + ' mm'} from the design`;
-    if (hit.line) { show(hit.line, false); say(`${at}${off}: cut by ${words(hit.line)}`); }
+    if (hit.face) say(`${at}: in the material, on the plane of the section`);
+    else if (line) { show(line, false); say(`${at}${off}: cut by ${words(line)}`); heard.forEach((tell) => tell(line, false, hit.block)); }
     else say(`${at}${off}: skin of the raw stock`);
   });
 
@@ -182,4 +192,20 @@
   }
   document.documentElement.dataset.bench = 'ready';
   window.proveoutPage = { view, state: () => ({ chosen, ...(view ? view.state() : {}) }), rows: rows.length, stretches: stretches.size };
+  return {
+    say, words,
+    // The listing shows the line of the moment
+    follow(id) {
+      if (id === playing) return;
+      playing = id;
+      intoSight(id);
+      paint();
+    },
+    // Number over all files of a line of the file that is chosen, or of the first
+    lineNamed(number) {
+      const file = files.filter((f) => f.base < (chosen || playing)).pop() || files[0];
+      return file && number > 0 ? file.base + number : 0;
+    },
+    onLine(tell) { heard.push(tell); },
+  };
 })();

@@ -37,11 +37,12 @@
     if (!cell) return -Infinity;
     if (cell.dataset.sort) return Number(cell.dataset.sort);
     const text = cell.textContent.trim().replace(/\u202f/g, '').replace(/\u2212/g, '-');
+    // A time with colons: hours and minutes, or minutes, before the seconds
+    const clock = text.match(/^(?:(\d+):)?(\d+):(\d+(?:\.\d+)?) (?:h|min)/);
+    if (clock) return 3600 * Number(clock[1] || 0) + 60 * Number(clock[2]) + Number(clock[3]);
     const parts = [...text.matchAll(/(-?\d+(?:\.\d+)?(?:e-?\d+)?)\s*(µm|mm³|cm³|mm|min|m|s|h)?(?![\w/])/g)];
     if (!parts.length || !/^(line |± |T)?-?\d/.test(text)) return text === '' || text === '–' ? -Infinity : text.toLowerCase();
-    const time = parts.filter((p) => ['h', 'min', 's'].includes(p[2]));
-    const used = time.length > 1 ? time : parts.slice(0, 1);
-    return used.reduce((sum, p) => sum + Number(p[1]) * (factors[p[2]] || 1), 0);
+    return Number(parts[0][1]) * (factors[parts[0][2]] || 1);
   };
   const compare = (a, b) => typeof a === typeof b ? (a < b ? -1 : a > b ? 1 : 0) : typeof a === 'number' ? -1 : 1;
   document.querySelectorAll('table.sorts').forEach((table) => {

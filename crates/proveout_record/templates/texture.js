@@ -25,11 +25,11 @@
       let text = '', pen = 'M';
       points.forEach((v, k) => {
         if (v === none) { pen = 'M'; return; }
-        text += `${pen}${(40 + 350 * k / (points.length - 1)).toFixed(1)} ${(size + 66 - 60 * (height(v) - range[0]) / span).toFixed(1)}`;
+        text += `${pen}${(40 + 350 * k / (points.length - 1)).toFixed(1)} ${(size + 78 - 60 * (height(v) - range[0]) / span).toFixed(1)}`;
         pen = 'L';
       });
-      return `<rect class="frame" x="40" y="${size + 4}" width="350" height="64"/><path class="second" d="${text}"/>` +
-        `<text x="36" y="${size + 12}" text-anchor="end">${label(range[1])}</text><text x="36" y="${size + 68}" text-anchor="end">${label(range[0])}</text><text x="44" y="${size + 16}">${name}</text>`;
+      return `<rect class="frame" x="40" y="${size + 16}" width="350" height="64"/><path class="second" d="${text}"/>` +
+        `<text x="36" y="${size + 24}" text-anchor="end">${label(range[1])}</text><text x="36" y="${size + 80}" text-anchor="end">${label(range[0])}</text><text x="40" y="${size + 11}">${name}</text>`;
     };
     const show = (i, j) => {
       context.putImageData(image, 0, 0);
@@ -37,7 +37,7 @@
       context.fillRect(i, 0, Math.max(1, columns / 300), rows);
       context.fillRect(0, rows - 1 - j, columns, Math.max(1, rows / 300));
       const row = Array.from({ length: columns }, (_, k) => level(k, j)), column = Array.from({ length: rows }, (_, k) => level(i, k));
-      plot.innerHTML = line(row, `along the row, 0 to ${((columns - 1) * step[0]).toFixed(2)} mm, µm`, 0) + line(column, `along the column, 0 to ${((rows - 1) * step[1]).toFixed(2)} mm, µm`, 78);
+      plot.innerHTML = line(row, `along the row, 0 to ${((columns - 1) * step[0]).toFixed(2)} mm, µm`, 0) + line(column, `along the column, 0 to ${((rows - 1) * step[1]).toFixed(2)} mm, µm`, 88);
       const v = level(i, j);
       words.textContent = `At ${(i * step[0]).toFixed(3)}, ${(j * step[1]).toFixed(3)} mm: ${v === none ? 'not cut' : height(v).toFixed(3) + ' µm'}`;
     };

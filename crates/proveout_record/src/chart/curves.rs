@@ -1,6 +1,6 @@
 //! Curves of several programs in one frame.
 
-use super::{begin, bounds, centered, escape, level, put, ticks, widened};
+use super::{begin, bounds, centered, escape, level, put, scale_ticks, ticks, widened};
 use crate::report::format::compact;
 
 const LEFT: f64 = 66.0;
@@ -94,7 +94,7 @@ impl Chart {
         [low, high] = widened([low, high], 0.06);
         let x = |v: f64| LEFT + (width - LEFT - RIGHT) * (v - x_low) / (x_high - x_low);
         let y = |v: f64| base - (base - TOP) * ((v - low) / (high - low)).clamp(0.0, 1.0);
-        for v in ticks(low, high, ((base - TOP) / 36.0).max(2.0) as u32) {
+        for v in scale_ticks(low, high, ((base - TOP) / 36.0).max(2.0) as u32) {
             level(&mut out, v, y(v), [LEFT, width - RIGHT]);
         }
         for v in ticks(x_low, x_high, 8) {

@@ -74,6 +74,11 @@ pub(crate) fn ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
     (first..first + 2 * i64::from(wanted) + 2).map(|k| k as f64 * step).take_while(|v| *v <= high).collect()
 }
 
+/// The same, at least two of them where the bounds differ, so that a scale can be read.
+pub(crate) fn scale_ticks(low: f64, high: f64, wanted: u32) -> Vec<f64> {
+    [wanted, 3, 5, 8].map(|wanted| ticks(low, high, wanted)).into_iter().find(|t| t.len() > 1).unwrap_or_default()
+}
+
 /// Text for markup: the five characters that have a meaning there.
 pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
@@ -98,6 +103,13 @@ mod tests {
     fn ticks_are_round_and_inside() {
         assert_eq!(ticks(0.0, 100.0, 5), [0.0, 20.0, 40.0, 60.0, 80.0, 100.0]);
         assert_eq!(ticks(-0.3, 0.3, 3), [-0.2, 0.0, 0.2]);
+        // One round number alone says nothing of a scale.
+        assert_eq!(ticks(3.0, 7.5, 2), [5.0]);
+        for (low, high) in [(3.0, 7.5), (0.9, 1.4), (-1e-3, 4e-4), (1.0e6, 1.00003e6)] {
+            let all = scale_ticks(low, high, 2);
+            assert!(all.len() > 1 && all.iter().all(|v| (low..=high).contains(v)), "{all:?}");
+        }
+        assert!(scale_ticks(1.0, 1.0, 3).is_empty());
         assert!(ticks(1.0, 1.0, 3).is_empty() && ticks(f64::NAN, 1.0, 3).is_empty());
     }
 }

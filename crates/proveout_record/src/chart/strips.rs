@@ -1,6 +1,6 @@
 //! Signals over time, one above the other.
 
-use super::{begin, centered, escape, level, put, ticks, widened};
+use super::{begin, centered, escape, level, put, scale_ticks, ticks, widened};
 use crate::{envelope::Envelope, report::format::compact};
 
 const LEFT: f64 = 62.0;
@@ -21,6 +21,8 @@ pub(crate) struct SignalStrip<'a> {
     pub(crate) limits: [Option<f64>; 2],
     /// Begin and end (s) of times that are marked at the upper edge.
     pub(crate) marks: Vec<[f64; 2]>,
+    /// Highest value of the scale; what is above it is drawn at the upper edge.
+    pub(crate) ceiling: Option<f64>,
     /// Height of the strip in the picture.
     pub(crate) height: f64,
 }
@@ -28,7 +30,7 @@ pub(crate) struct SignalStrip<'a> {
 impl<'a> SignalStrip<'a> {
     /// One signal without limits and marks.
     pub(crate) fn new(name: impl Into<String>, signal: &'a Envelope, height: f64) -> Self {
-        Self { name: name.into(), signal, second: None, limits: [None; 2], marks: Vec::new(), height }
+        Self { name: name.into(), signal, second: None, limits: [None; 2], marks: Vec::new(), ceiling: None, height }
     }
 }
 
@@ -73,6 +75,9 @@ fn draw_strip(
         width - LEFT - RIGHT,
         strip.height
     );
+    if let Some(ceiling) = strip.ceiling.filter(|c| *c > low) {
+        high = high.min(ceiling);
+    }
     if low > high {
         centered(out, [(LEFT + width) / 2.0, (top + bottom) / 2.0 + 4.0], "not recorded");
         return;
@@ -87,9 +92,7 @@ fn draw_strip(
     }
     let [low, high] = widened([low, high], 0.05);
     let y = |v: f64| bottom - (bottom - top) * ((v - low) / (high - low)).clamp(0.0, 1.0);
-    // At least two values, so that the scale can be read.
-    let marks = [3, 5, 8].map(|wanted| ticks(low, high, wanted)).into_iter().find(|t| t.len() > 1);
-    for v in marks.unwrap_or_default() {
+    for v in scale_ticks(low, high, 3) {
         level(out, v, y(v), [LEFT, width - RIGHT]);
     }
     for t in changes {
@@ -131,8 +134,15 @@ mod tests {
             signal.push(f64::from(i) * 0.01, 100.0 + 20.0 * (f64::from(i) * 0.1).sin());
         }
         let lines = |limits| {
-            let strip =
-                SignalStrip { name: "Z".into(), signal: &signal, second: None, limits, marks: vec![], height: 70.0 };
+            let strip = SignalStrip {
+                name: "Z".into(),
+                signal: &signal,
+                second: None,
+                limits,
+                marks: vec![],
+                ceiling: None,
+                height: 70.0,
+            };
             svg(&[strip], 640.0, 5.0, &[], "Z").matches("class=\"limit\"").count()
         };
         // The signal runs from 80 to 120: limits down to 60 and up to 140 are near.
@@ -140,6 +150,20 @@ mod tests {
         assert_eq!(lines([Some(59.0), Some(139.0)]), 1);
         assert_eq!(lines([Some(110.0), None]), 1, "one that was passed is near");
         assert_eq!(lines([Some(f64::NEG_INFINITY), Some(f64::NAN)]), 0);
+    }
+
+    #[test]
+    fn a_ceiling_ends_the_scale() {
+        let mut signal = Envelope::default();
+        for i in 0..500 {
+            signal.push(f64::from(i) * 0.01, if i < 100 { 20_000.0 } else { 300.0 });
+        }
+        let text =
+            |ceiling| svg(&[SignalStrip { ceiling, ..SignalStrip::new("F", &signal, 70.0) }], 640.0, 5.0, &[], "F");
+        assert!(text(None).contains("000</text>"), "{}", text(None));
+        let low = text(Some(400.0));
+        assert!(!low.contains("000</text>") && low.contains("300"), "{low}");
+        assert_eq!(text(Some(-5.0)), text(None), "a ceiling below the signal is none");
     }
 
     #[test]
@@ -155,6 +179,7 @@ mod tests {
             second: None,
             limits: [Some(-1100.0), Some(1100.0)],
             marks: vec![[10.0, 10.001]],
+            ceiling: None,
             height: 70.0,
         };
         let text = svg(&[strip("<b>X", &signal), strip("Y", &empty)], 640.0, 50.0, &[7.0], "a \"b\"");

@@ -15,13 +15,13 @@ use crate::page_template::{fill, policy};
 use crate::{
     chart::{Chart, DotRow, Series, Style, dots},
     error::RecordError,
+    page_scripts::VIEWER,
     report::{format::fixed, rows::symbol},
 };
 
 const TEMPLATE: &str = include_str!("../../templates/compare.html");
 const CSS: &str = include_str!("../../templates/report.css");
 const MORE_CSS: &str = include_str!("../../templates/compare.css");
-const VIEWER: &str = include_str!("../../templates/viewer.js");
 const MAPS: &str = include_str!("../../templates/maps.js");
 const WIDTH: f64 = 1080.0;
 /// Size of a chart in which a degree is as long across as up: its frame, with the margins of names and

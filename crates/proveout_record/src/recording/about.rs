@@ -3,7 +3,7 @@
 use proveout_geom::Aabb;
 use proveout_sim::observer::Setup;
 
-use crate::recording::stock::StockTiles;
+use crate::in_process::tiles::StockTiles;
 
 /// Boxes of the machine at home (machine frame) and of the workpiece (workpiece frame), mm.
 pub(crate) fn boxes(setup: &Setup<'_>) -> (Aabb, Aabb) {
@@ -34,7 +34,7 @@ pub(crate) fn about(setup: &Setup<'_>, tiles: &[StockTiles]) -> String {
     let step = tiles.first().map_or(1, StockTiles::step);
     let cell = setup.stock.cell_mm();
     format!(
-        "# {}\n\nScene {}, machine {}.\n\nLengths in mm, angles in degrees; the timeline is simulated time.\n\n\
+        "# {}\n\nScene {}, machine {}.\n\nLengths in mm, angles in degrees; the timelines are simulated time (`sim_time`) and the executed block (`nc_block`): the arrow keys of the time panel go block by block there.\n\n\
          - The stock is drawn from every {} node of {cell} mm; what is thinner than {} mm may be missing here.{patches}\n\
          - Poses: at most 50 a second. Plots: smallest and largest sample of stretches of 40 ms. Both spacings double \
          after every 15 000 rows.\n\

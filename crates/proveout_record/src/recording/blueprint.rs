@@ -119,13 +119,14 @@ pub(crate) fn send(sink: &Sink, layout: &Layout<'_>) -> Result<(), RecordError> 
         Vertical::new([machine_view, work_view]).with_row_shares([1.0, 1.0]).into(),
         Vertical::new([
             Tabs::new(plots).into(),
+            TextDocumentView::new("Block").with_origin("/program/block").into(),
             Tabs::new([
                 TextLogView::new("Findings and messages").with_origin("/log").into(),
                 TextDocumentView::new("About").with_origin("/about").into(),
             ])
             .into(),
         ])
-        .with_row_shares([3.4, 1.0])
+        .with_row_shares([3.2, 0.5, 1.0])
         .into(),
     ])
     .with_column_shares([1.2, 1.0])

@@ -19,6 +19,7 @@
 //!       /surface                cut part at the end, colored by deviation
 //! /axes/<joint>/{position,velocity,acceleration,jerk,following_error}   mm or degrees, seconds
 //! /process/{feed,feed_programmed,removal,clearance}                     mm/min, mm³/s, mm
+//! /program/block                file, line and text of the block that runs
 //! /log                          findings and messages as text
 //! ```
 //!
@@ -38,22 +39,21 @@
 //! /machine/table/work/schedule/{original,new}                  tool axes as arrows, at most 160 each
 //! ```
 //!
-//! Everything lies on the timeline `sim_time`. Thinning: poses at most 50 a second, signals as smallest and
+//! Everything lies on the timeline `sim_time`, and what the run shows on `nc_block` too: number of the executed
+//! block, one step a block. Thinning: poses at most 50 a second, signals as smallest and
 //! largest sample of stretches of 40 ms; both spacings double after every 15 000 rows. The stock is shown at
 //! thirty to fifty times, closer at the begin, and at tool changes, from every 2ⁿ-th node so that its first
 //! picture has about 150 000 triangles. Nothing of it is measured: exact values are in the Parquet tables.
 
 mod about;
 mod axis_caps;
+mod block_text;
 mod blueprint;
-mod frames;
 mod observer;
 mod read_back;
 mod schedule;
 mod signal_thinning;
 mod sink;
-mod stock;
-mod tool;
 mod trace;
 mod tracks;
 

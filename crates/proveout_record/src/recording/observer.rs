@@ -18,18 +18,22 @@ use rerun::{EntityPath, RecordingStreamBuilder};
 use crate::{
     color::{Rgba, STEEL},
     error::RecordError,
+    in_process::{
+        CREASE,
+        frames::{FrameCollector, RecordingFrame},
+        tiles::StockTiles,
+        tool_pictures::tool_pictures,
+    },
     part::{MAP_SIDE, MOST_MAPS, colors_of, range_floor},
     picture::Picture,
     recording::{
         about::{about, boxes},
         axis_caps::caps,
+        block_text::BlockTexts,
         blueprint::{self, Layout},
-        frames::{FrameCollector, RecordingFrame},
         schedule::{self, ScheduleViews},
         signal_thinning::MotionThinner,
         sink::{APPLICATION, LogLevel, Sink, path},
-        stock::StockTiles,
-        tool::tool_pictures,
         trace::{Trace, class_of},
         tracks::{MotionSource, MovedEntity, Signal},
     },
@@ -40,8 +44,8 @@ use crate::{
     units::{JointUnit, PER_MINUTE},
 };
 
-/// Angle above which an edge of a machine body is drawn sharp, radian.
-const CREASE: f64 = 0.6;
+/// Triangles of the first picture of a stock, about.
+const STOCK_TRIANGLES: f64 = 150_000.0;
 /// Most triangles of the surface at the end.
 const SURFACE_TRIANGLES: usize = 400_000;
 /// Rows of a column that are gathered before they are sent.
@@ -120,6 +124,7 @@ struct OpenRecording {
     surface: SurfacePicture,
     textures: Vec<ShownTexture>,
     axes: Vec<(f64, Picture, Vec<Rgba>)>,
+    texts: BlockTexts,
     /// The layout is sent; that of a re-scheduled program waits for its schedule.
     laid_out: bool,
 }
@@ -274,7 +279,7 @@ impl OpenRecording {
         for ((signal, name), color) in process.iter().zip(names).zip([LINES[2], LINES[3], LINES[1], LINES[4]]) {
             sink.signal_style(signal.path(), name, color, name != names[0])?;
         }
-        let tiles = StockTiles::all(setup.stock, setup.patches);
+        let tiles = StockTiles::all(setup.stock, setup.patches, STOCK_TRIANGLES);
         sink.document(path(["about"]), about(setup, &tiles))?;
         let mut open = Self {
             sink,
@@ -296,6 +301,7 @@ impl OpenRecording {
             surface: SurfacePicture::new(SURFACE_TRIANGLES),
             textures: Vec::new(),
             axes: Vec::new(),
+            texts: BlockTexts::default(),
             laid_out: false,
         };
         if setup.made.is_none_or(|made| made.runs.is_empty()) {
@@ -322,6 +328,9 @@ impl OpenRecording {
         if !self.laid_out {
             self.lay_out(setup, None)?;
         }
+        let clock = self.sink.clock();
+        batch.pieces.iter().for_each(|piece| clock.push(piece.time[0], piece.block));
+        self.texts.take(setup, batch.blocks);
         let work_from_table = setup.table_from_work.inverse();
         let mut samples = batch.samples.iter().peekable();
         for piece in batch.pieces {
@@ -574,6 +583,9 @@ impl OpenRecording {
             if signal.rows.len() >= least || self.live {
                 signal.send(&self.sink)?;
             }
+        }
+        if self.texts.rows.len() >= least || self.live {
+            self.sink.pages(path(["program", "block"]), &std::mem::take(&mut self.texts.rows))?;
         }
         Ok(())
     }

@@ -7,6 +7,9 @@ use crate::{color::Rgba, error::RecordError, picture::Picture, units::UM_PER_MM}
 
 /// The timeline of every recording: simulated time as a duration.
 pub(crate) const TIMELINE: &str = "sim_time";
+/// The timeline of the program: number of the executed block, as in `blocks.parquet`. Lines repeat in loops and
+/// subprograms, and would be no clock; file and line of each block are on the entity `/program/block`.
+pub(crate) const BLOCK_TIMELINE: &str = "nc_block";
 /// The timeline of what lies along a path: its way in micrometers, a whole number.
 pub(crate) const WAY_TIMELINE: &str = "path_um";
 /// Application of every recording; blueprints bind to it.
@@ -18,6 +21,29 @@ const NS_PER_S: f64 = 1e9;
 pub(crate) struct Sink {
     pub(crate) stream: RecordingStream,
     pub(crate) target: String,
+    clock: BlockClock,
+}
+
+/// When the blocks of the run begin, as far as they are known.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BlockClock {
+    /// Time (s) and number, rising.
+    begins: Vec<(f64, u32)>,
+}
+
+impl BlockClock {
+    /// The next piece of motion: its begin and its block.
+    pub(crate) fn push(&mut self, time: f64, block: u32) {
+        if self.begins.last().is_none_or(|(before, last)| *last < block && *before <= time) && time.is_finite() {
+            self.begins.push((time, block));
+        }
+    }
+
+    /// The block that runs at a time; the first one before all.
+    fn at(&self, time: f64) -> i64 {
+        let n = self.begins.partition_point(|(begin, _)| *begin <= time);
+        self.begins.get(n.saturating_sub(1)).map_or(0, |(_, block)| i64::from(*block))
+    }
 }
 
 /// Level of a line of the text log.
@@ -79,7 +105,19 @@ impl Sink {
     pub(crate) fn new(stream: RecordingStream, target: String) -> Self {
         stream.set_log_tick_enabled(false);
         stream.set_log_time_enabled(false);
-        Self { stream, target }
+        Self { stream, target, clock: BlockClock::default() }
+    }
+
+    /// Takes the blocks of a stretch, before anything of it is logged.
+    pub(crate) fn clock(&mut self) -> &mut BlockClock {
+        &mut self.clock
+    }
+
+    /// Columns of simulated time, and of the block that runs then.
+    fn times(&self, list: impl IntoIterator<Item = f64>) -> [TimeColumn; 2] {
+        let list: Vec<f64> = list.into_iter().collect();
+        let blocks: Vec<i64> = list.iter().map(|t| self.clock.at(*t)).collect();
+        [times(list), TimeColumn::new_sequence(BLOCK_TIMELINE, blocks)]
     }
 
     pub(crate) fn fault(&self, message: impl std::fmt::Display) -> RecordError {
@@ -92,6 +130,7 @@ impl Sink {
             None => self.stream.log_static(path, what),
             Some(t) => {
                 self.stream.set_time(TIMELINE, rerun::TimeCell::from_duration_nanos(nanoseconds(t)));
+                self.stream.set_time(BLOCK_TIMELINE, rerun::TimeCell::from_sequence(self.clock.at(t)));
                 self.stream.log(path, what)
             }
         };
@@ -156,7 +195,7 @@ impl Sink {
             .filter_map(|(part, lengths)| part.map(|part| part.partitioned(lengths)))
             .collect::<Result<Vec<_>, _>>()
             .map_err(|e| self.fault(e))?;
-        self.stream.send_columns(path, [times(rows.iter().map(|r| r.0))], columns).map_err(|e| self.fault(e))
+        self.stream.send_columns(path, self.times(rows.iter().map(|r| r.0)), columns).map_err(|e| self.fault(e))
     }
 
     /// A pose for all times.
@@ -178,8 +217,8 @@ impl Sink {
             )
             .columns_of_unit_batches()
             .map_err(|e| self.fault(e))?;
-        let times = times(rows.iter().map(|r| r.0));
-        self.stream.send_columns(path, [times], columns).map_err(|e| self.fault(e))
+        let times = self.times(rows.iter().map(|r| r.0));
+        self.stream.send_columns(path, times, columns).map_err(|e| self.fault(e))
     }
 
     /// Name and color of the line of a signal in plots; `steps` for a signal that holds its value until the
@@ -208,8 +247,8 @@ impl Sink {
         }
         let columns =
             rerun::Scalars::new(rows.iter().map(|r| r.1)).columns_of_unit_batches().map_err(|e| self.fault(e))?;
-        let times = times(rows.iter().map(|r| r.0));
-        self.stream.send_columns(path, [times], columns).map_err(|e| self.fault(e))
+        let times = self.times(rows.iter().map(|r| r.0));
+        self.stream.send_columns(path, times, columns).map_err(|e| self.fault(e))
     }
 
     /// Name, color and width of a line in plots.
@@ -346,6 +385,19 @@ impl Sink {
         self.log(path, None, &rerun::TextDocument::from_markdown(text))
     }
 
+    /// Pages of plain text over time.
+    pub(crate) fn pages(&self, path: EntityPath, rows: &[(f64, String)]) -> Result<(), RecordError> {
+        if rows.is_empty() {
+            return Ok(());
+        }
+        let columns = rerun::TextDocument::update_fields()
+            .with_many_text(rows.iter().map(|(_, text)| text.as_str()))
+            .columns_of_unit_batches()
+            .map_err(|e| self.fault(e))?;
+        let times = self.times(rows.iter().map(|r| r.0));
+        self.stream.send_columns(path, times, columns).map_err(|e| self.fault(e))
+    }
+
     /// Waits until all is written.
     pub(crate) fn finish(self) -> Result<(), RecordError> {
         let flushed = self.stream.flush_blocking().map_err(|e| self.fault(e));
@@ -360,4 +412,20 @@ fn parts(pose: &Pose) -> ([f32; 3], [f32; 4]) {
     let t = isometry.translation.vector;
     let q = isometry.rotation.coords;
     ([t.x as f32, t.y as f32, t.z as f32], [q.x as f32, q.y as f32, q.z as f32, q.w as f32])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_in_the_block_that_began_last() {
+        let mut clock = BlockClock::default();
+        assert_eq!(clock.at(3.0), 0);
+        for (time, block) in [(1.0, 0), (1.5, 0), (2.0, 1), (2.0, 2), (1.9, 3), (f64::NAN, 4), (4.0, 7), (5.0, 6)] {
+            clock.push(time, block);
+        }
+        let at = [0.0, 1.99, 2.0, 3.9, 4.0, 99.0].map(|t| clock.at(t));
+        assert_eq!(at, [0, 0, 2, 2, 7, 7]);
+    }
 }

@@ -56,13 +56,18 @@ impl Blocks {
         self.places.get(block as usize).copied().flatten()
     }
 
-    /// Place of the block of a motion piece.
-    pub(crate) fn of_piece(&self, piece: u32) -> Option<BlockPlace> {
+    /// Number of the block of a motion piece.
+    pub(crate) fn block_of_piece(&self, piece: u32) -> Option<u32> {
         if piece == NO_PIECE {
             return None;
         }
         let at = self.starts.partition_point(|(first, _)| *first <= piece).checked_sub(1)?;
-        self.of_block(self.starts[at].1)
+        self.starts.get(at).map(|(_, block)| *block)
+    }
+
+    /// Numbers of the blocks of motion pieces plus one, 0 for none: as the page gets them with its meshes.
+    pub(crate) fn tags(&self, pieces: &[u32]) -> Vec<u32> {
+        pieces.iter().map(|piece| self.block_of_piece(*piece).map_or(0, |block| block.saturating_add(1))).collect()
     }
 
     /// Names of the files, in order of their numbers.
@@ -124,8 +129,10 @@ mod tests {
             starts: vec![(0, 0), (4, 2), (9, 3)],
             pieces: 12,
         };
-        assert_eq!((blocks.of_piece(3), blocks.of_piece(4), blocks.of_piece(11)), (at(0, 3), at(1, 2), at(0, 5)));
-        assert_eq!((blocks.of_piece(NO_PIECE), blocks.of_block(1), blocks.of_block(9)), (None, None, None));
+        let place = |piece| blocks.block_of_piece(piece).and_then(|block| blocks.of_block(block));
+        assert_eq!((place(3), place(4), place(11)), (at(0, 3), at(1, 2), at(0, 5)));
+        assert_eq!((place(NO_PIECE), blocks.of_block(1), blocks.of_block(9)), (None, None, None));
+        assert_eq!(blocks.tags(&[3, 4, NO_PIECE, 11]), [1, 3, 0, 4]);
         let listing = Listing { file: "main.mpf".into(), lines: 40, shown: Vec::new() };
         let numbers = LineNumbers::of(&blocks, &[listing]);
         assert_eq!(numbers.files, [("main.mpf".to_owned(), 0), ("sub.spf".to_owned(), 40)]);

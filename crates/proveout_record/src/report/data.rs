@@ -13,6 +13,7 @@ use crate::{
         gouge_excess_scale::Scales,
         operations::Operation,
         path::ToolPath,
+        player::PlayerView,
     },
     roughness_map::ShownTexture,
 };
@@ -113,6 +114,8 @@ pub(crate) struct Page<'a> {
     pub(crate) contacts: &'a [ContactPicture],
     /// The program, shown next to the part.
     pub(crate) program: &'a ProgramView,
+    /// The run at every moment; none where nothing moves.
+    pub(crate) player: Option<&'a PlayerView>,
     /// Free tool axes along the program, where the call asks for them.
     pub(crate) axes: Option<&'a ShownAxes>,
 }

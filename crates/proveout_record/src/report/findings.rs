@@ -118,7 +118,7 @@ pub(crate) struct FindingData<'a> {
     pub(crate) contacts: &'a [ContactPicture],
 }
 
-fn class(severity: Severity) -> &'static str {
+pub(crate) fn class(severity: Severity) -> &'static str {
     match severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
@@ -126,7 +126,7 @@ fn class(severity: Severity) -> &'static str {
     }
 }
 
-fn id(index: usize) -> String {
+pub(crate) fn id(index: usize) -> String {
     format!("finding-{}", index + 1)
 }
 

@@ -55,7 +55,7 @@ pub(crate) fn count(n: u64) -> String {
     grouped(&n.to_string())
 }
 
-/// Seconds as hours, minutes and seconds.
+/// A time as `12.34 s`, from one minute on as `2:05.3 min`, from one hour on as `1:02:05.4 h`.
 pub(crate) fn duration(seconds: f64) -> String {
     if !seconds.is_finite() || seconds < 0.0 {
         return "–".into();
@@ -65,8 +65,8 @@ pub(crate) fn duration(seconds: f64) -> String {
     }
     let tenths = (seconds * 10.0).round() as u64;
     let (hours, minutes, rest) = (tenths / 36_000, tenths / 600 % 60, tenths % 600);
-    let rest = format!("{}.{} s", rest / 10, rest % 10);
-    if hours > 0 { format!("{hours} h {minutes:02} min {rest}") } else { format!("{minutes} min {rest}") }
+    let rest = format!("{:02}.{}", rest / 10, rest % 10);
+    if hours > 0 { format!("{hours}:{minutes:02}:{rest} h") } else { format!("{minutes}:{rest} min") }
 }
 
 /// A length in mm in the unit in which a machinist speaks of it: micrometer below 0.1 mm.
@@ -123,8 +123,8 @@ mod tests {
         assert_eq!(compact(1234.0), "1234");
         assert_eq!(compact(2.5e-6), "2.50e-6");
         assert_eq!(duration(59.994), "59.99 s");
-        assert_eq!(duration(119.96), "2 min 0.0 s");
-        assert_eq!(duration(3725.44), "1 h 02 min 5.4 s");
+        assert_eq!(duration(119.96), "2:00.0 min");
+        assert_eq!(duration(3725.44), "1:02:05.4 h");
         assert_eq!(length(0.0123), "12.3 µm");
         assert_eq!(length(-1.5), "-1.500 mm");
         assert_eq!(length_or_dash(None), "–");

@@ -9,6 +9,7 @@ mod gouge_excess_scale;
 mod operations;
 mod page;
 mod path;
+mod player;
 mod roughness;
 pub(crate) mod rows;
 mod scallop;
@@ -31,6 +32,7 @@ use self::{
     gouge_excess_scale::Scales,
     operations::Operations,
     path::ToolPath,
+    player::{PlayedRun, Player},
 };
 use crate::{
     contact::ContactPictures,
@@ -51,7 +53,8 @@ const AT_LIMIT: f64 = 1.0 - 1e-9;
 /// Classes of the histogram.
 const CLASSES: usize = 41;
 
-/// Writes `report.html`. Of the length of the run it keeps 24 bytes a block.
+/// Writes `report.html`. Of the length of the run it keeps 24 bytes a block; what the player shows is of bounded
+/// size.
 #[derive(Default)]
 pub struct ReportObserver {
     units: Vec<JointUnit>,
@@ -63,6 +66,7 @@ pub struct ReportObserver {
     blocks: Blocks,
     path: ToolPath,
     operations: Operations,
+    player: Option<Player>,
     axes: Option<ShownAxes>,
 }
 
@@ -97,6 +101,7 @@ impl Observer for ReportObserver {
         self.blocks = Blocks::default();
         self.path = ToolPath::default();
         self.operations = Operations::default();
+        self.player = Some(Player::new(setup));
         self.axes = None;
         Ok(())
     }
@@ -106,6 +111,9 @@ impl Observer for ReportObserver {
         self.blocks.take(batch);
         self.path.take(setup, batch);
         self.operations.take(setup, batch);
+        if let Some(player) = &mut self.player {
+            player.take(setup, batch, &self.blocks);
+        }
         for (i, s) in batch.samples.iter().enumerate() {
             for (k, (joint, unit)) in self.joints.iter_mut().zip(&self.units).enumerate() {
                 let values = [s.commanded[k], s.velocity[k], s.acceleration[k], s.jerk[k]];
@@ -184,6 +192,15 @@ impl Observer for ReportObserver {
         let blocks = std::mem::take(&mut self.blocks);
         let (listings, left_out) = listings(setup, &blocks, findings);
         let numbers = LineNumbers::of(&blocks, &listings);
+        let operations = std::mem::take(&mut self.operations).finish();
+        let run = PlayedRun {
+            blocks: &blocks,
+            numbers: &numbers,
+            operations: &operations,
+            findings,
+            end: outcome.verdict.time.total_s,
+        };
+        let player = self.player.take().and_then(|player| player.finish(setup, &run));
         let program = ProgramView {
             explained: explained(setup, &blocks, &numbers, findings),
             unchecked: unchecked(setup, outcome.verdict),
@@ -192,7 +209,7 @@ impl Observer for ReportObserver {
             blocks,
             numbers,
             path: std::mem::take(&mut self.path),
-            operations: std::mem::take(&mut self.operations).finish(),
+            operations,
             tools: setup.tools.tools.iter().map(|t| (t.number, t.name.clone())).collect(),
         };
         let text = page::render(&Page {
@@ -206,6 +223,7 @@ impl Observer for ReportObserver {
             textures: &self.textures,
             contacts: self.contacts.all(),
             program: &program,
+            player: player.as_ref(),
             axes: self.axes.as_ref(),
         })?;
         write_inspection(outcome.folder, outcome.verdict, &setup.scene.file.inspect)?;

@@ -17,12 +17,14 @@ use crate::{
     error::RecordError,
     free_axes::ShownAxes,
     page_encoding::{Shades, base64, deflated, pack_mesh},
+    page_scripts::{PLAYER, VIEWER},
     part::GLB_TRIANGLES,
     report::{
         data::{JointSignals, Page, PartView, ProcessSignals},
         findings::{FindingData, groups, marks},
         format::{compact, count, duration, file_name, fixed, length, length_or_dash, volume},
         gouge_excess_scale::Scales,
+        player::PlayerView,
         roughness::{color_stops, color_table, map_data, map_figures, profile_figures, texture_rows, texture_words},
         rows::{axes, deviation, drives, inspection, operations, symbol, time, tools},
         scallop::scallop,
@@ -32,9 +34,11 @@ use crate::{
 const TEMPLATE: &str = include_str!("../../templates/report.html");
 const CSS: &str = include_str!("../../templates/report.css");
 const TEXTURE: &str = include_str!("../../templates/texture.js");
-const VIEWER: &str = include_str!("../../templates/viewer.js");
 const BENCH: &str = include_str!("../../templates/bench.js");
 const TABLES: &str = include_str!("../../templates/tables.js");
+
+/// Scale of the chart of feeds over the highest programmed one.
+const FEED_ROOM: f64 = 1.2;
 
 /// A name and what it is.
 #[derive(Serialize)]
@@ -94,6 +98,7 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "unchecked": program.unchecked,
         "listing": listing(page),
         "path": if program.path.is_empty() { String::new() } else { deflated(&program.path.pack(&program.blocks, &program.numbers)) },
+        "player": page.player.map(player),
         "program_notes": program_notes(page),
         "operations": operations(program),
         "contact_colors": contact_colors(),
@@ -128,9 +133,10 @@ pub(crate) fn render(page: &Page<'_>) -> Result<String, RecordError> {
         "notices": notices(v),
         "css": CSS,
         "viewer": VIEWER,
+        "player_script": PLAYER,
         "bench_script": BENCH,
         "tables_script": TABLES,
-        "policy": policy(&[VIEWER, BENCH, TABLES, TEXTURE]),
+        "policy": policy(&[VIEWER, PLAYER, BENCH, TABLES, TEXTURE]),
         "generator": format!("Written by proveout {}", env!("CARGO_PKG_VERSION")),
     });
     if let (Some(data), Value::Object(rest)) = (data.as_object_mut(), rest) {
@@ -172,13 +178,23 @@ fn contacts(page: &Page<'_>) -> Vec<Value> {
     page.contacts.iter().map(row).collect()
 }
 
-/// The mesh for the viewer, with the lines that made its vertices.
+/// The mesh for the viewer, with the blocks that made its vertices.
 fn packed(page: &Page<'_>) -> String {
     let (picture, program) = (&page.part.picture, page.program);
-    let lines: Vec<u32> =
-        picture.pieces.iter().map(|piece| program.numbers.at(program.blocks.of_piece(*piece))).collect();
+    let blocks = program.blocks.tags(&picture.pieces);
     let shades = if page.part.scales.is_some() { Shades::Values } else { Shades::Plain };
-    deflated(&pack_mesh(picture, shades, &lines))
+    deflated(&pack_mesh(picture, shades, &blocks))
+}
+
+/// Data of the player, packed; its texts are escaped so that none can end the script element.
+fn player(view: &PlayerView) -> Value {
+    json!({
+        "data": view.data.to_string().replace('<', "\\u003c").replace('/', "\\/"),
+        "motion": deflated(&view.motion),
+        "meshes": deflated(&view.meshes),
+        "stock": deflated(&view.stock),
+        "notes": view.notes,
+    })
 }
 
 /// Files with their lines as JSON, compressed: name, number before the first line, count, numbers and texts
@@ -297,14 +313,23 @@ fn view_data(page: &Page<'_>) -> String {
     let map: Vec<u8> = (0..256).flat_map(|i| DeviationMap::at(f64::from(i) / 255.0).into_iter().take(3)).collect();
     json!({
         "values": page.part.scales.is_some(),
-        "lines": !page.part.picture.pieces.is_empty(),
+        "blocks": !page.part.picture.pieces.is_empty(),
         "scales": page.part.scales.map(|s| [s.gouge, s.excess].map(|s| [s.shown, s.most_points, s.largest, s.tolerance])),
         "map": base64(&map),
         "plain": STEEL[..3],
         "marks": marks(&page.verdict.findings),
+        "error": mesh_error(page),
     })
     .to_string()
     .replace('<', "\\u003c")
+}
+
+/// How far a place on the mesh of the page may lie from the surface of the stock, mm: the diagonal of a cell that
+/// its vertices were gathered in, and the rounding of their places.
+fn mesh_error(page: &Page<'_>) -> f64 {
+    let cell = page.part.cell.unwrap_or(page.verdict.removal.cell_mm);
+    let size = page.part.picture.aabb().size();
+    3.0_f64.sqrt() * cell + if size.norm().is_finite() { 0.5 * size.norm() / f64::from(u16::MAX) } else { 0.0 }
 }
 
 fn mesh_notes(part: &PartView) -> Vec<String> {
@@ -396,9 +421,14 @@ fn joint_plot(joint: &JointSignals, end: f64) -> Plot {
 }
 
 fn process_plot(process: &ProcessSignals, end: f64, changes: &[f64]) -> String {
-    let feed = SignalStrip::new("Feed reached (blue) and programmed (orange), mm/min", &process.feed, 96.0);
+    // Rapids would press the feeds flat.
+    let highest = process.feed_programmed.range().map(|r| FEED_ROOM * r[1]).filter(|h| *h > 0.0);
+    let over = process.feed.range().zip(highest).is_some_and(|(r, h)| r[1] > h);
+    let name = "Feed reached (blue) and programmed (orange), mm/min";
+    let name = if over { format!("{name}; rapids go to the upper edge") } else { name.to_owned() };
+    let feed = SignalStrip::new(name, &process.feed, 96.0);
     let mut strips = vec![
-        SignalStrip { second: Some(&process.feed_programmed), ..feed },
+        SignalStrip { second: Some(&process.feed_programmed), ceiling: highest, ..feed },
         SignalStrip::new("Removal rate, mm³/s", &process.removal, 70.0),
     ];
     if !Envelope::is_empty(&process.clearance) {

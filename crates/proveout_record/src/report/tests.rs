@@ -14,6 +14,7 @@ use super::{
     findings::FindingContext,
     operations::Operation,
     page::render,
+    player::PlayerView,
 };
 use crate::picture::Picture;
 
@@ -163,6 +164,13 @@ fn page(message: &str) -> String {
         outside: [0.0, 0.01],
     };
     let v = verdict(message);
+    let player = PlayerView {
+        data: serde_json::json!({ "bodies": [{ "name": message }], "jumps": { "tools": [{ "text": message }] } }),
+        motion: vec![1, 2, 3],
+        meshes: vec![0; 4],
+        stock: vec![0; 4],
+        notes: vec![message.into()],
+    };
     let page = Page {
         verdict: &v,
         machine: message,
@@ -174,6 +182,7 @@ fn page(message: &str) -> String {
         textures: &[],
         contacts: &[],
         program: &program(message),
+        player: Some(&player),
         axes: None,
     };
     render(&page).expect("the template fits its data")
@@ -183,7 +192,7 @@ fn page(message: &str) -> String {
 fn nothing_of_the_run_becomes_markup() {
     let text = page(EVIL);
     assert!(!text.contains("<script>alert") && !text.contains("<img"), "a value went through unescaped");
-    assert_eq!(text.matches("</script>").count(), 7, "only the seven scripts of the page end");
+    assert_eq!(text.matches("</script>").count(), 12, "only the twelve scripts of the page end");
     assert!(text.contains("&lt;script&gt;alert(1)") && text.contains("{{ 7*7 }}"), "text is shown, not run");
 }
 
@@ -278,6 +287,7 @@ fn drives_have_their_table_and_strips_and_saturation_is_marked() {
             textures: &[],
             contacts: &[],
             program: &ProgramView::default(),
+            player: None,
             axes: None,
         };
         render(&page).expect("the template fits its data")

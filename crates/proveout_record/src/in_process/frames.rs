@@ -88,6 +88,22 @@ impl<T> FrameCollector<T> {
         self.next = self.list.last().map_or(0.0, |f| f.time + self.spacing);
     }
 
+    /// Sum over all parts that are held.
+    pub(crate) fn sum(&self, of: impl Fn(&T) -> usize) -> usize {
+        self.list.iter().flat_map(|f| f.parts.values()).map(of).sum()
+    }
+
+    /// Joins frames where there is too much in them; kept ones lose their mark when no other is left. False when
+    /// nothing can be joined.
+    pub(crate) fn thin(&mut self) -> bool {
+        let before = self.list.len();
+        if self.list.iter().filter(|f| !f.keep).count() < 4 {
+            self.list.iter_mut().for_each(|f| f.keep = false);
+        }
+        self.join();
+        self.list.len() < before
+    }
+
     /// The frames in order of time; the collection is then empty.
     pub(crate) fn drain(&mut self) -> impl Iterator<Item = RecordingFrame<T>> + '_ {
         self.list.drain(..)
@@ -147,6 +163,24 @@ mod tests {
             }
         }
         (count, frames.drain().map(|f| f.time).collect())
+    }
+
+    #[test]
+    fn thinning_keeps_the_states_of_the_frames_that_stay() {
+        let mut frames = FrameCollector::default();
+        let truth: Vec<_> = (0..40_u32)
+            .map(|i| RecordingFrame { time: f64::from(i), keep: i % 9 == 4, parts: BTreeMap::from([(i % 5, i)]) })
+            .collect();
+        truth.iter().for_each(|f| frames.push(f.clone()));
+        assert_eq!(frames.sum(|v| *v as usize), 39 * 40 / 2);
+        while frames.list.len() > 6 {
+            assert!(frames.thin());
+            for f in &frames.list {
+                assert_eq!(state(&frames.list, f.time), state(&truth, f.time), "at {}", f.time);
+            }
+        }
+        while frames.thin() {}
+        assert!(frames.list.len() <= 3, "{}", frames.list.len());
     }
 
     #[test]

@@ -2,10 +2,7 @@
 
 use proveout_tool::{Role, Tool};
 
-use crate::{color::Rgba, picture::Picture};
-
-/// Angle above which an edge is drawn sharp, radian.
-const CREASE: f64 = 0.6;
+use crate::{color::Rgba, in_process::CREASE, picture::Picture};
 
 fn role_color(role: Role) -> Rgba {
     match role {

@@ -5,10 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use proveout_geom::Aabb;
 use proveout_stock::{Patch, SurfaceMesh, TileId, TriDexel};
 
-use crate::picture::Picture;
+use crate::picture::{NO_PIECE, Picture};
 
-/// Triangles of the first picture of a stock, about: decides the level of detail.
-const TRIANGLES: f64 = 150_000.0;
 /// Groups along the longest edge: each is an entity of the recording.
 const GROUPS: f64 = 6.0;
 
@@ -40,23 +38,24 @@ pub(crate) struct StockTiles {
 }
 
 impl StockTiles {
-    /// Of a stock with its patches: the stock outside of their windows first, then each patch.
-    pub(crate) fn all(stock: &TriDexel, patches: &[Patch]) -> Vec<Self> {
+    /// Of a stock with its patches: the stock outside of their windows first, then each patch. `triangles`: of
+    /// the first picture of each, about; it decides the level of detail.
+    pub(crate) fn all(stock: &TriDexel, patches: &[Patch], triangles: f64) -> Vec<Self> {
         let windows: Vec<Aabb> = patches.iter().map(|p| *p.window()).collect();
         let own = if windows.is_empty() { SurfaceWindow::Whole } else { SurfaceWindow::Outside(windows) };
-        let mut all = vec![Self::new(stock, 0, own)];
+        let mut all = vec![Self::new(stock, 0, own, triangles)];
         for (patch, number) in patches.iter().zip(1..) {
-            all.push(Self::new(patch.stock(), number, SurfaceWindow::Inside(*patch.window())));
+            all.push(Self::new(patch.stock(), number, SurfaceWindow::Inside(*patch.window()), triangles));
         }
         all
     }
 
     /// `number`: 0 of the stock, else the place of the patch in the scene, from 1.
-    fn new(stock: &TriDexel, number: u32, shown: SurfaceWindow) -> Self {
+    fn new(stock: &TriDexel, number: u32, shown: SurfaceWindow, triangles: f64) -> Self {
         let size = stock.bounds().size();
         let area = 2.0 * (size.x * size.y + size.y * size.z + size.z * size.x);
         // Two triangles a cell of surface; the stock takes powers of two.
-        let wanted = (2.0 * area / TRIANGLES).sqrt() / stock.cell_mm();
+        let wanted = (2.0 * area / triangles).sqrt() / stock.cell_mm();
         let step = (wanted.max(1.0).ceil() as usize).next_power_of_two().min(32);
         let edge = size.max() / GROUPS;
         let group = |tile: usize| {
@@ -97,7 +96,9 @@ impl StockTiles {
         let mut groups = BTreeMap::new();
         for tile in std::mem::take(&mut self.changed) {
             let surface = self.cut(stock.tile_surface(tile, self.step));
-            self.tiles[tile.0 as usize] = Picture::new(&surface.mesh, &surface.normals, &[]);
+            let mut picture = Picture::new(&surface.mesh, &surface.normals, &[]);
+            picture.pieces = surface.made_by.iter().map(|piece| piece.unwrap_or(NO_PIECE)).collect();
+            self.tiles[tile.0 as usize] = picture;
             groups.insert(self.group_of[tile.0 as usize], Picture::default());
         }
         for (tile, picture) in self.tiles.iter().enumerate() {
@@ -109,11 +110,13 @@ impl StockTiles {
     }
 
     /// All groups that hold tiles, in rising order.
+    #[cfg(feature = "rerun")]
     pub(crate) fn groups(&self) -> BTreeSet<u32> {
         self.group_of.iter().copied().collect()
     }
 
     /// Parts of the path of a group: name of the patch, where it is one, and place along x, y and z.
+    #[cfg(feature = "rerun")]
     pub(crate) fn name(group: u32, patches: &[String]) -> Vec<String> {
         let n = GROUPS as u32;
         let (number, group) = (group / GROUPS_OF_ONE, group % GROUPS_OF_ONE);
