@@ -17,6 +17,8 @@ pub(crate) struct Failure(Box<FailureParts>);
 #[derive(Debug, Default)]
 struct FailureParts {
     kind: FaultKind,
+    /// Stable code, where the fault has one.
+    code: Option<&'static str>,
     message: String,
     place: Option<FilePlace>,
     source_line: Option<String>,
@@ -71,6 +73,25 @@ impl Failure {
             self.0.mark = Some((column, length.max(1)));
         }
         self
+    }
+
+    fn coded(mut self, code: &'static str) -> Self {
+        self.0.code = Some(code);
+        self
+    }
+
+    pub(crate) fn code(&self) -> Option<&'static str> {
+        self.0.code
+    }
+
+    /// This error, then the further ones of the same file.
+    pub(crate) fn all(&self) -> Vec<&Self> {
+        std::iter::once(self).chain(self.0.more.iter().flat_map(Self::all)).collect()
+    }
+
+    /// Text of its line; empty where it is not known.
+    pub(crate) fn source_line(&self) -> &str {
+        self.0.source_line.as_deref().unwrap_or_default()
     }
 
     fn of_kind(mut self, kind: FaultKind) -> Self {
@@ -136,6 +157,7 @@ impl Failure {
             let text =
                 if d.source_line.is_empty() { lines.get(&d.file, d.line as usize) } else { d.source_line.to_string() };
             Self::new(format!("{} [{}]", d.message, d.code))
+                .coded(d.code)
                 .at(&d.file, d.line as usize, d.column as usize, d.length as usize, &text)
                 .with_help(d.help.as_deref().unwrap_or_default())
         });

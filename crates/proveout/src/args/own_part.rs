@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use super::ReaderArgs;
+use super::{ReaderArgs, ReportArgs};
 
 /// Unit of length.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -158,6 +158,8 @@ pub(crate) struct CheckArgs {
     /// Print JSON to standard output, errors included: each path with notes and likely causes of findings
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) reports: ReportArgs,
     #[command(flatten)]
     pub(crate) reader: ReaderArgs,
 }

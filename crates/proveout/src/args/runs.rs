@@ -69,6 +69,21 @@ pub(crate) struct RunArgs {
     /// Exit with code 0 even if this gate is unchecked; the verdict is not changed. May be repeated
     #[arg(long, value_name = "GATE", value_parser = gate_parser())]
     pub(crate) accept_unchecked: Vec<Gate>,
+    #[command(flatten)]
+    pub(crate) reports: ReportArgs,
+}
+
+/// Results for other programs.
+#[derive(Debug, Default, Args)]
+pub(crate) struct ReportArgs {
+    /// Write the findings as a SARIF 2.1.0 log (.sarif, .json), for code review and editors. An older log
+    /// there is replaced
+    #[arg(long, value_name = "FILE")]
+    pub(crate) sarif: Option<PathBuf>,
+    /// Write the gates as JUnit XML (.xml), for build servers; an unchecked gate is an error. An older file
+    /// of this kind is replaced
+    #[arg(long, value_name = "FILE")]
+    pub(crate) junit: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

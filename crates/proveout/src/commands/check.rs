@@ -10,7 +10,7 @@ use proveout_tool::ToolLibrary;
 use serde::Serialize;
 use serde_json::json;
 
-use super::{nc::MAX_REMARKS, output_file, reader};
+use super::{nc::MAX_REMARKS, output_file, reader, reports};
 use crate::args::CheckArgs;
 use crate::failure::Failure;
 
@@ -51,6 +51,16 @@ impl CheckReport {
         Self { notes: vec![note], programs: Vec::new() }
     }
 
+    /// Causes of findings to come: program and words.
+    fn warnings(&self) -> Vec<[String; 2]> {
+        let of = |program: &ProgramReport| {
+            let name = program.name.clone().unwrap_or_default();
+            let causes = program.causes.iter().filter(|c| !c.note);
+            causes.map(|c| [name.clone(), format!("{}; {}", c.what, c.add)]).collect::<Vec<_>>()
+        };
+        self.programs.iter().flat_map(of).collect()
+    }
+
     /// Line by line, for people.
     fn lines(&self) -> Vec<String> {
         let mut all = self.notes.clone();
@@ -78,6 +88,18 @@ impl InputKind {
 
 /// Checks files without running them; true when none has an error.
 pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
+    reports::check(&args.reports)?;
+    let result = check_paths(args);
+    if let (Err(failure), Some(path)) = (&result, args.paths.first()) {
+        reports::of_failure(&args.reports, path, CHECK, failure)?;
+    }
+    result
+}
+
+/// Group of what keeps the check from its work.
+const CHECK: &str = "check";
+
+fn check_paths(args: &CheckArgs) -> Result<bool, Failure> {
     let mut clean = true;
     let kinds = args.paths.iter().map(|path| Ok((path, kind(path)?))).collect::<Result<Vec<_>, Failure>>()?;
     if args.reader.stated() && !kinds.iter().any(|(_, kind)| matches!(kind, InputKind::Program)) {
@@ -87,7 +109,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
     if let Some(file) = &args.picture {
         check_picture(file, args.force, &kinds)?;
     }
-    let mut all = Vec::new();
+    let (mut all, mut suites) = (Vec::new(), Vec::new());
     for (path, kind) in kinds {
         let word = kind.word();
         let result = match kind {
@@ -106,6 +128,10 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
                 .map(|program| CheckReport { programs: vec![program], ..CheckReport::default() }),
         };
         clean &= result.is_ok();
+        suites.push(match &result {
+            Ok(found) => reports::of_check(path, word, &found.warnings()),
+            Err(failure) => reports::of_faults(path, word, failure),
+        });
         if args.json {
             all.push(match &result {
                 Ok(found) => json!({
@@ -127,6 +153,7 @@ pub(crate) fn check(args: &CheckArgs) -> Result<bool, Failure> {
             Err(failure) => tell!("{}", failure.to_string().trim_end()),
         }
     }
+    reports::write(&args.reports, &suites)?;
     if args.json {
         say!("{}", serde_json::to_string_pretty(&all).map_err(Failure::new)?);
     }

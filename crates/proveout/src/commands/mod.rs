@@ -17,6 +17,7 @@ mod output_file;
 mod pairing;
 pub(crate) mod plan;
 pub(crate) mod reader;
+mod reports;
 pub(crate) mod roughness;
 pub(crate) mod run;
 pub(crate) mod sweep;

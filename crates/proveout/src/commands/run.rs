@@ -13,6 +13,7 @@ use proveout_sim::{
     verdict::{Gate, Partial, State, Verdict},
 };
 
+use super::reports;
 use crate::{
     args::{DynamicsArg, PlantArg, RerunArg, RunArgs},
     failure::Failure,
@@ -30,8 +31,17 @@ const VIEWER_ANSWERS: std::time::Duration = std::time::Duration::from_millis(500
 /// Hundredths of a whole.
 const PERCENT: f64 = 1e2;
 
-/// Runs a scene; the verdict, with what the call accepts.
+/// Runs a scene; the verdict, with what the call accepts. What keeps it from running is reported, too.
 pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
+    reports::check(&args.reports)?;
+    let result = run_scene(args);
+    if let Err(failure) = &result {
+        reports::of_failure(&args.reports, &args.scene, "scene", failure)?;
+    }
+    result
+}
+
+fn run_scene(args: &RunArgs) -> Result<State, Failure> {
     let (threads, pool) = pool(args.resolution_mm, args.threads)?;
     check_viewer(args.rerun)?;
     let stop = Stop::watch()?;
@@ -82,6 +92,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
     }
     let folder = RunFolder::create(&place).map_err(|e| Failure::from(&SimError::Folder(e)))?;
     let (inputs, scene) = (prepared.inputs.clone(), prepared.scene.clone());
+    let texts = reports::ProgramTexts::new(&prepared.shown);
     let journal = journal(args.resume, &folder, &Begun::of(&prepared, &choice))?;
     stop.running(folder.path());
     let mut watchers: Vec<Box<dyn Observer>> = vec![Box::new(Progress::new(&prepared.running_file()))];
@@ -100,6 +111,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<State, Failure> {
         .map_err(|e| Failure::new(format!("run.json: {e}")))?;
     let place = complete(folder, &inputs, &scene.folder, &mut || stop.ending())?;
     print_summary(&result, &place);
+    reports::of_verdict(&args.reports, &result.verdict, texts)?;
     if let Some(stop_at) = args.stop_at.as_ref().filter(|_| !stopped(&result.verdict)) {
         say!("\n  --stop-at {stop_at}: not reached; the run went to the end of the program");
     }
