@@ -14,6 +14,8 @@ use crate::{
 
 /// A value whose standard error is above this part of it is not written: the machine file keeps its own.
 const KNOWN: f64 = 0.1;
+/// The same of the position gain: where it is known less well, the parameters of the loop go together.
+const KNOWN_GAIN: f64 = 0.01;
 /// The same of a share between zero and one.
 const KNOWN_SHARE: f64 = 0.05;
 /// Correlations below this are not listed.
@@ -177,6 +179,16 @@ pub(crate) fn put_servo(
         Ok(fit) => {
             report.following_error = Some([fit.largest * unit, fit.left * unit]);
             report.widened[1] = Some(fit.minimum.inflation);
+            let of_gain = fit.list.iter().position(|w| *w == ServoParameter::PositionGain);
+            let of_gain = of_gain.and_then(|k| fit.minimum.errors.get(k).copied().flatten()).unwrap_or(f64::INFINITY);
+            if of_gain > KNOWN_GAIN {
+                // Near a double root of the loop the cost is no parabola, and errors are no intervals.
+                let reason = "gain, integral time and feed-forward of the loop go together in these moves";
+                sink.put(Table::Drive, "position_gain_1_s", drive.map(|d| d.position_gain), None, false, reason);
+                let before = drive.map(|d| d.velocity_feed_forward);
+                sink.put(Table::Drive, "velocity_feed_forward", before, None, true, reason);
+                return;
+            }
             let mut keys: Vec<&'static str> = Vec::new();
             for (k, what) in fit.list.iter().enumerate() {
                 let error = fit.minimum.errors.get(k).copied().flatten();

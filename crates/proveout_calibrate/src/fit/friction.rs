@@ -25,6 +25,9 @@ const LONGEST_BLOCK_S: f64 = 0.2;
 const SLOWEST_PART: f64 = 0.02;
 /// Multiple of the Stribeck velocity from which static friction is gone: e^-9 of it is left.
 const STRIBECK: f64 = 3.0;
+/// Coarsest rounding of positions, mm and radian (0.1 degrees): over a block of 20 ms it is a velocity of 5 mm/s.
+const COARSEST_MM: f64 = 0.1;
+const COARSEST_RAD: f64 = 0.001_745_329_25;
 /// Rows on either side from which the velocity at a border is taken.
 const BORDER_ROWS: usize = 4;
 /// Fewest blocks in each direction.
@@ -76,6 +79,14 @@ pub(crate) fn fit_friction(
         let Some(of) = trace.joints.get(joint).and_then(Option::as_ref) else { continue };
         let Some(force) = &of.force else { return Err("a trace has no column of force, current or load".to_owned()) };
         let Some(signal) = of.actual.as_ref().or(of.command.as_ref()) else { continue };
+        let (coarsest, unit, factor) =
+            if rotary { (COARSEST_RAD, "deg", 1_f64.to_degrees()) } else { (COARSEST_MM, "mm", 1.0) };
+        if signal.quantum > coarsest * (1.0 + 1e-9) {
+            return Err(format!(
+                "positions are rounded to {:.4} {unit}: the velocity over a ramp is coarser than its friction",
+                signal.quantum * factor
+            ));
+        }
         let length = ((BLOCK_S / trace.step).round() as usize).max(BLOCK_ROWS);
         if length as f64 * trace.step > LONGEST_BLOCK_S {
             return Err(format!("rows are {:.0} ms apart: a ramp is over before its force is read", 1e3 * trace.step));
