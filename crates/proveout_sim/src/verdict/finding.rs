@@ -207,7 +207,7 @@ codes! {
     TEXT_NOT_CALLED = "program-text-not-called", Program, Info, "Text of a file has no effect: nothing calls it.";
     LONG_DWELL = "program-long-dwell", Program, Warning, "The program waits for a minute or more.";
     FLAT_TRIANGLES = "setup-mesh-flat", Setup, Info, "Triangles of a mesh have no area and enclose nothing.";
-    STEP_READ = "setup-step-read", Setup, Info, "A STEP file was read; its chord error was measured.";
+    STEP_READ = "setup-step-read", Setup, Info, "A STEP file was read, and its chord error was measured.";
     STEP_COARSE = "setup-step-coarse", Setup, Warning, "The mesh of a STEP file is coarser than what was asked for.";
     OVERTRAVEL = "limits-overtravel", Limits, Error, fails Limits, "A joint leaves its travel.";
     UNREACHABLE = "limits-unreachable", Limits, Error, fails Limits, "No joint positions give the programmed tool pose.";
