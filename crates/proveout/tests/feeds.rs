@@ -1,4 +1,5 @@
-//! `feeds` as a person types it: which F words change, what the new program does on the twin, and what is refused.
+//! `feeds` as a person types it: which F words change, what the new program does on the twin, and what is
+//! refused.
 
 use std::{
     fs,
@@ -170,7 +171,8 @@ fn slot(feed: &str) -> String {
 fn constant_engagement_at_its_limit_keeps_its_feed() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let at = folder.path();
-    // 0.1 mm a tooth is 1200 mm/min for three teeth at 4000/min: the slot has it from its first to its last mm.
+    // 0.1 mm a tooth is 1200 mm/min for three teeth at 4000/min: the slot has it from its first to its last
+    // mm.
     scene(at, ("slot.nc", "fanuc", &slot("F1180.")), "", "[tool.F10]\nmax_chip_mm = 0.1\nmax_feed_mm_min = 4000\n");
     let (code, said) =
         feeds(at, &["--mode", "chip", "--limits", "limits.toml", "--output", "new.nc", "--report", "r.json"]);

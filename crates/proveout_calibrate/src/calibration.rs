@@ -107,8 +107,8 @@ pub struct JointReport {
     pub following_error: Option<[f64; 2]>,
     /// Moved mass (kg) or inertia (kg m²) from the force, with its standard error.
     pub moved_mass: Option<[f64; 2]>,
-    /// What the balance of momentum leaves of the force (standard deviation over a block of time), in N, N mm,
-    /// or the unit of its column.
+    /// What the balance of momentum leaves of the force (standard deviation over a block of time), in N, N
+    /// mm, or the unit of its column.
     pub force_left: Option<f64>,
     /// Friction in the unit of a column that is no force: dry, its standard error.
     pub friction_in_unit: Option<([f64; 2], &'static str)>,

@@ -1,7 +1,8 @@
 //! Forces of one moment of a cut, from the slices in which the cutter is engaged.
 //!
 //! A tooth under the angle p, seen from the spindle: 0 on the left of the feed, a quarter turn in front. An
-//! edge element with the normal (`n_r`, `n_d`) (radial, downward) goes through material with the chip thickness
+//! edge element with the normal (`n_r`, `n_d`) (radial, downward) goes through material with the chip
+//! thickness
 //!
 //! ```text
 //! h(p) = (v_x n_r sin p + v_d n_d) / (teeth per second)        v_x: feed across the axis, v_d: down along it
@@ -12,9 +13,9 @@
 //! forces are A s^(1 - m) + B for a feed s times as large, with A and B found once: the largest feed under a
 //! limit is a search in one number.
 //!
-//! Means over a revolution are integrals over each element's range by Gauss and Legendre; peaks are taken over
-//! the angles of one pitch in steps of three degrees and at each angle where an edge enters or leaves a slice.
-//! Teeth are alike; the run-out counts for the chip thickness alone.
+//! Means over a revolution are integrals over each element's range by Gauss and Legendre; peaks are taken
+//! over the angles of one pitch in steps of three degrees and at each angle where an edge enters or leaves a
+//! slice. Teeth are alike; the run-out counts for the chip thickness alone.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -3,11 +3,11 @@
 //! **Data in and out.** In: slices of the cutter in material with their velocities ([`SliceCut`]), a tool, a
 //! [`Material`] and [`LimitsFile`]. Out: [`Loads`] (chip thickness, force, torque, power, deflection), the
 //! largest feed under [`ToolLimits`], the feed of a block ([`feed_of_block`]). Lengths are mm, angles radian,
-//! times seconds, forces N; other units are in the names. Angles are those of a tooth seen from the spindle: 0 on
-//! the left of the feed, a quarter turn in front. No frame but that of the tool is known here.
+//! times seconds, forces N; other units are in the names. Angles are those of a tooth seen from the spindle:
+//! 0 on the left of the feed, a quarter turn in front. No frame but that of the tool is known here.
 //!
-//! **Algorithm.** `force.rs` has the equations: mechanistic forces by slices and angles (Altintas 2012, chapter
-//! 2) with the specific forces of Kienzle (1952).
+//! **Algorithm.** `force.rs` has the equations: mechanistic forces by slices and angles (Altintas 2012,
+//! chapter 2) with the specific forces of Kienzle (1952).
 //!
 //! **Limits.** Quasi-static: neither chatter nor the paths of the teeth (trochoids) are known. Two regions of
 //! engagement in one slice count as one, which makes forces larger. Drills and taps are no milling tools.
@@ -18,8 +18,8 @@
 //! use proveout_feeds::{ForceModel, Material, SliceCut};
 //! use proveout_tool::ToolLibrary;
 //!
-//! let tools = "[[tool]]\nnumber = 1\nname = \"F\"\nkind = \"flat\"\ndiameter_mm = 10\nflute_length_mm = 20\n\
-//!              gauge_length_mm = 60\nflutes = 2\n";
+//! let tools = "[[tool]]\nnumber = 1\nname = \"F\"\nkind = \"flat\"\ndiameter_mm = 10\n\
+//!              flute_length_mm = 20\ngauge_length_mm = 60\nflutes = 2\n";
 //! let tools = ToolLibrary::from_text(Path::new("t.toml"), tools)?;
 //! let steel = "name = \"C45\"\nsource = \"example\"\nconvention = \"chip-thickness\"\nkc11_n_mm2 = 1500\n\
 //!              exponent = 0\nradial_ratio = 0.3\naxial_ratio = 0\nuncertainty_percent = 20\n";

@@ -16,7 +16,8 @@ pub enum ThicknessConvention {
     FeedPerTooth,
 }
 
-/// Specific cutting forces of a material after Kienzle (1952), with an edge term after Altintas (2012, chapter 2).
+/// Specific cutting forces of a material after Kienzle (1952), with an edge term after Altintas (2012,
+/// chapter 2).
 ///
 /// On an edge element of the chip width b with the chip thickness h, in mm and N:
 ///

@@ -1,7 +1,8 @@
 //! The largest feed that keeps all limits, moment by moment and block by block.
 //!
 //! All loads grow with the feed, so that the largest scale of a moment is found by halving an interval. A
-//! block has the least feed of its moments: a step of engagement within it lowers the feed from its beginning.
+//! block has the least feed of its moments: a step of engagement within it lowers the feed from its
+//! beginning.
 
 use crate::{force::CutLoads, limits::ToolLimits};
 
@@ -51,7 +52,8 @@ impl Binds {
 }
 
 impl CutLoads {
-    /// By how much the worst load is at a scale over its limit: 1 is at the limit. None where no limit counts.
+    /// By how much the worst load is at a scale over its limit: 1 is at the limit. None where no limit
+    /// counts.
     pub fn over(&self, scale: f64, limits: &ToolLimits) -> Option<(f64, Binds)> {
         let loads = self.at(scale);
         let parts = [

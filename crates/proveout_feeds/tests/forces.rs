@@ -35,8 +35,9 @@ fn beta(a: f64, b: f64) -> f64 {
 
 #[test]
 fn the_mean_torque_of_slot_and_half_immersion_is_the_closed_integral() {
-    // Mean over a revolution of N teeth: N / 2 pi * integral of kc1.1 (f sin p)^(1 - m) b r dp. Over 0 to pi the
-    // integral of sin^(1 - m) is the Beta function of (2 - m) / 2 and 1 / 2; half of it over a quarter turn.
+    // Mean over a revolution of N teeth: N / 2 pi * integral of kc1.1 (f sin p)^(1 - m) b r dp. Over 0 to pi
+    // the integral of sin^(1 - m) is the Beta function of (2 - m) / 2 and 1 / 2; half of it over a quarter
+    // turn.
     for exponent in [0.0, 0.186, 0.25, 0.34] {
         let tool = flat("flutes = 2\n");
         let model =
@@ -64,7 +65,8 @@ fn the_mean_torque_of_slot_and_half_immersion_is_the_closed_integral() {
 
 #[test]
 fn mean_forces_against_the_feed_and_to_the_side_are_the_closed_integrals() {
-    // With m = 0: F_x = -(N b kc f / 2 pi) integral (sin cos + r sin^2) dp, F_y = (...) integral (sin^2 - r sin cos) dp.
+    // With m = 0: F_x = -(N b kc f / 2 pi) integral (sin cos + r sin^2) dp, F_y = (...) integral (sin^2 - r
+    // sin cos) dp.
     let ratio = 0.4;
     let tool = flat("flutes = 3\n");
     let more = format!("radial_ratio = {ratio}\n");
@@ -107,7 +109,8 @@ fn run_out_of_a_tooth_thickens_its_chip() {
 
 #[test]
 fn a_published_milling_power_is_found() {
-    // Mitsubishi Materials, milling power: ap 2 mm, ae 80 mm, vf 280 mm/min, Kc 1800 N/mm2, efficiency 0.8: 1.68 kW.
+    // Mitsubishi Materials, milling power: ap 2 mm, ae 80 mm, vf 280 mm/min, Kc 1800 N/mm2, efficiency 0.8:
+    // 1.68 kW.
     let text = "[[tool]]\nnumber = 1\nname = \"M\"\nkind = \"flat\"\ndiameter_mm = 80\nflute_length_mm = 10\ngauge_length_mm = 60\nflutes = 5\n";
     let tool = ToolLibrary::from_text("t.toml".as_ref(), text).unwrap().tools.remove(0);
     for convention in ["feed-per-tooth", "chip-thickness"] {

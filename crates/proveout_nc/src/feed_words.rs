@@ -96,8 +96,8 @@ impl FeedText {
         })
     }
 
-    /// The text with new F words on lines: the text after the letter, by line from 1. A line without an F word
-    /// gets one at the end of its block.
+    /// The text with new F words on lines: the text after the letter, by line from 1. A line without an F
+    /// word gets one at the end of its block.
     pub fn with_feeds(&self, feeds: &BTreeMap<u32, String>) -> Vec<u8> {
         let mut out = Vec::with_capacity(self.bytes.len() + 8 * feeds.len());
         for (k, range) in self.lines.iter().enumerate() {

@@ -1,7 +1,7 @@
 //! Engagement and loads along the path, as a table: a row a sample and slice of the cutter.
 //!
-//! Rows of one sample follow each other from the tip up; what belongs to the whole sample is the same in all of
-//! them.
+//! Rows of one sample follow each other from the tip up; what belongs to the whole sample is the same in all
+//! of them.
 
 use std::path::Path;
 

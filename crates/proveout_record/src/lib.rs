@@ -32,7 +32,8 @@
 //! - `compare.json`, `compare.html` ([`compare::write_comparison`]): several programs side by side, one page
 //! - `job.json`, `job.html` ([`write_job`]): the setups of a job, one page
 //! - `sweep.parquet`, `.csv`, `.json`, `.html` ([`merge_sweep`]): a row a job of a sweep, one page
-//! - a file as named ([`write_engagement_table`]): engagement and loads along the path, by slices of the cutter
+//! - a file as named ([`write_engagement_table`]): engagement and loads along the path, by slices of the
+//!   cutter
 //! - a file as named ([`write_section_svg`], [`write_section_csv`]): a section of a stock, in the plane and
 //!   in W, mm
 //! - a file as named ([`exchange::sarif()`], [`exchange::junit()`]): findings and gates for other programs
@@ -86,7 +87,7 @@
 //! | `contact/` | pictures of first contacts |
 //! | `job_page.rs`, `sweep.rs` | results of a job, of a sweep |
 //! | `free_axes.rs`, `program.rs` | free tool axes along a program; text of a re-scheduled program |
-//! | `page_template.rs`, `page_scripts.rs`, `page_encoding.rs` | templates and scripts of the pages; bytes as text |
+//! | `page_template.rs`, `page_scripts.rs`, `page_encoding.rs` | templates, scripts, bytes as text |
 //! | `canvas.rs`, `font.rs`, `projection.rs`, `color.rs`, `machine_picture.rs` | drawing of PNG pictures |
 //! | `deviation_classes.rs`, `envelope.rs`, `units.rs` | bounded counts and signals; units of files |
 //! | `error.rs` | why a file could not be written |

@@ -60,8 +60,8 @@ pub(crate) fn pack_mesh(picture: &Picture, shades: Shades<'_>, blocks: &[u32]) -
     pack_mesh_in(&picture.aabb(), picture, shades, blocks)
 }
 
-/// The same in a given box, so that meshes which touch round their common vertices alike; what lies outside of
-/// the box is drawn at its faces.
+/// The same in a given box, so that meshes which touch round their common vertices alike; what lies outside
+/// of the box is drawn at its faces.
 pub(crate) fn pack_mesh_in(bounds: &Aabb, picture: &Picture, shades: Shades<'_>, blocks: &[u32]) -> Vec<u8> {
     let (low, size) = if bounds.is_empty() { ([0.0; 3], [1.0; 3]) } else { (bounds.min.into(), bounds.size().into()) };
     let (low, size): ([f64; 3], [f64; 3]) = (low, size);

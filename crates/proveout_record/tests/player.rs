@@ -235,8 +235,8 @@ fn the_stock_of_a_moment_has_the_volume_of_the_run() {
         }
         let removed: f64 = shown.blocks.iter().filter(|b| b.end_time <= time + 1e-4).map(|b| b.volume_mm3).sum();
         let volume: f64 = tiles.iter().map(Mesh::volume).sum();
-        // Faces of the mesh lie within a part of a cell of the cut ones, which are some 8000 mm²; a moment later or
-        // earlier is 5000 mm³ away.
+        // Faces of the mesh lie within a part of a cell of the cut ones, which are some 8000 mm²; a moment
+        // later or earlier is 5000 mm³ away.
         assert!(
             (initial - removed - volume).abs() < 0.25 * cell * 8000.0,
             "at {time}: {volume} of {}",

@@ -2,9 +2,9 @@
 //!
 //! A point of the exact surface belongs to a triangle, but the nearest one may be another: at the pole of a
 //! sphere a thin triangle passes its points at 69 micrometers, its neighbor at 7. So the distance to the own
-//! triangle is only an upper bound. Points are taken by falling bound; a point is looked up in a tree of boxes
-//! only while its bound exceeds the largest distance so far, and the search ends as soon as it cannot exceed
-//! it.
+//! triangle is only an upper bound. Points are taken by falling bound; a point is looked up in a tree of
+//! boxes only while its bound exceeds the largest distance so far, and the search ends as soon as it cannot
+//! exceed it.
 
 use proveout_geom::{Aabb, Point, TriMesh, Vector};
 
@@ -121,8 +121,8 @@ impl BoxTree {
         Some([left, left + 1])
     }
 
-    /// Squared distance of a point from the nearest triangle, where it is above `least`; any value up to `least`
-    /// otherwise. It is at most `bound`.
+    /// Squared distance of a point from the nearest triangle, where it is above `least`; any value up to
+    /// `least` otherwise. It is at most `bound`.
     fn nearest(&self, mesh: &TriMesh, point: &Point, bound: f64, least: f64) -> f64 {
         let mut best = bound;
         let mut open = vec![0_usize];

@@ -1,7 +1,7 @@
 //! The helper program `proveout-step`: where it is, and how it runs.
 //!
-//! It is called without a shell, with nothing on its input. It is ended when it takes too long, takes too much
-//! memory, or writes too much.
+//! It is called without a shell, with nothing on its input. It is ended when it takes too long, takes too
+//! much memory, or writes too much.
 
 use std::{
     ffi::OsString,

@@ -7,12 +7,12 @@
 //! ```text
 //!  part.step ──┬─► proveout-step ─► mesh.json, mesh.bin, samples.bin
 //!              │                          │
-//!              └─► faces, solids, unit ───┴─► all there? closed? volume? distance of exact points ─► StepMesh
+//!              └─► faces, solids, unit ───┴─► complete? closed? volume? distances ─► StepMesh
 //!                  counted in the text
 //! ```
 //!
-//! Data in: the path of a STEP file (AP203, AP214, AP242) and the chord error that is asked for, mm. Data out:
-//! a [`StepMesh`] in millimeters, in the coordinates of the file, or a [`StepError`] with its remedy.
+//! Data in: the path of a STEP file (AP203, AP214, AP242) and the chord error that is asked for, mm. Data
+//! out: a [`StepMesh`] in millimeters, in the coordinates of the file, or a [`StepError`] with its remedy.
 //!
 //! * [`StepFiles`] – the files that one command has read, so that the helper runs once for each.
 //! * [`StepMesh`] – the mesh with its chord error, and what was counted.

@@ -5,8 +5,8 @@
 //!  #430 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(...) ) ;      several records of one instance
 //! ```
 //!
-//! Strings are in apostrophes, an apostrophe in them is doubled; comments are between `/*` and `*/`. A statement
-//! ends with a semicolon outside of both.
+//! Strings are in apostrophes, an apostrophe in them is doubled; comments are between `/*` and `*/`. A
+//! statement ends with a semicolon outside of both.
 
 /// Statements of a text, one after the other, without surrounding space and comments.
 pub(crate) struct Statements<'a> {
@@ -55,7 +55,8 @@ fn after_space(text: &[u8], mut at: usize) -> Result<usize, Unended> {
     Ok(at)
 }
 
-/// The place after the string that begins at a place. A doubled apostrophe ends one string and begins the next.
+/// The place after the string that begins at a place. A doubled apostrophe ends one string and begins the
+/// next.
 fn after_string(text: &[u8], at: usize) -> Result<usize, Unended> {
     let rest = text.get(at + 1..).unwrap_or_default();
     rest.iter().position(|b| *b == b'\'').map(|length| at + length + 2).ok_or(Unended(at))

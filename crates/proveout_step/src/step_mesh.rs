@@ -2,9 +2,9 @@
 //!
 //! **Chord error.** Where the surface over a triangle is quadratic in its parameters, its distance from the
 //! plane of the triangle is `4 (m12 l1 l2 + m23 l2 l3 + m31 l3 l1)`, with the barycentric coordinates `l` and
-//! the distances `m` in the middles of the edges. The middle of the triangle has `4/9 (m12 + m23 + m31)`. With
-//! all four at most 1 in size, the largest value inside is 16/15, for `m = (1, 1, 1/4)`: there the middle has
-//! exactly 1. So 16/15 of the largest measured distance bounds the error of such surfaces.
+//! the distances `m` in the middles of the edges. The middle of the triangle has `4/9 (m12 + m23 + m31)`.
+//! With all four at most 1 in size, the largest value inside is 16/15, for `m = (1, 1, 1/4)`: there the
+//! middle has exactly 1. So 16/15 of the largest measured distance bounds the error of such surfaces.
 
 use std::{
     collections::{BTreeMap, BTreeSet},
@@ -25,8 +25,8 @@ use crate::{
     text::{StepFace, StepText},
 };
 
-/// Chord error that is asked for where a scene states none, um: a tenth of the tolerances that are usual for a
-/// finished face.
+/// Chord error that is asked for where a scene states none, um: a tenth of the tolerances that are usual for
+/// a finished face.
 pub const DEFAULT_CHORD_UM: f64 = 5.0;
 /// Chord errors that may be asked for, um: finer ones make millions of triangles, coarser ones no shape.
 pub const CHORD_UM: RangeInclusive<f64> = 0.1..=1000.0;

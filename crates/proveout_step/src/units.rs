@@ -1,7 +1,7 @@
 //! The length unit that the shapes of a file count in.
 //!
-//! A shape belongs to a context; a context assigns units, one of which is a length. That unit is a meter with a
-//! prefix, or a named one with its size in another unit:
+//! A shape belongs to a context; a context assigns units, one of which is a length. That unit is a meter with
+//! a prefix, or a named one with its size in another unit:
 //!
 //! ```text
 //!  #429 = ( GEOMETRIC_REPRESENTATION_CONTEXT(3) ... GLOBAL_UNIT_ASSIGNED_CONTEXT((#430,#431,#432)) ... )

@@ -254,9 +254,9 @@ fn a_chord_that_the_sweep_may_leave_is_no_depth() {
     }
 }
 
-/// A body that goes through ribs at random, measured in full and as far as a finding asks for it: the deepest item of
-/// each run has its depth, no other is said to be deeper than it is, and which items are deeper than a touch is the
-/// same.
+/// A body that goes through ribs at random, measured in full and as far as a finding asks for it: the deepest
+/// item of each run has its depth, no other is said to be deeper than it is, and which items are deeper than
+/// a touch is the same.
 #[test]
 fn what_a_finding_asks_for_is_that_of_the_whole_measure() {
     let body = flat(9.0, 6.0);

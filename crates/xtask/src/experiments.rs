@@ -1,7 +1,8 @@
-//! `docs/experiments.md` and its pages, one a paper, from the results of comparisons; no number in them is typed.
+//! `docs/experiments.md` and its pages, one a paper, from the results of comparisons; no number in them is
+//! typed.
 //!
-//! A page holds a section for each comparison of its paper, and each section begins with its headlines. The first page
-//! shows the headlines of all sections in one table.
+//! A page holds a section for each comparison of its paper, and each section begins with its headlines. The
+//! first page shows the headlines of all sections in one table.
 
 use std::{
     fs,

@@ -26,8 +26,8 @@ pub(crate) struct CalibratePlanArgs {
     /// travel, less a margin at both ends)
     #[arg(long, value_name = "AXIS=LOW..HIGH", allow_hyphen_values = true)]
     pub(crate) range: Vec<String>,
-    /// Language: siemens-840d, heidenhain, fanuc, haas, linuxcnc (default: that of the control of the scene or
-    /// machine, else by the ending of the output file)
+    /// Language: siemens-840d, heidenhain, fanuc, haas, linuxcnc (default: that of the control of the scene
+    /// or machine, else by the ending of the output file)
     #[arg(long)]
     pub(crate) dialect: Option<String>,
     /// Program to write

@@ -70,7 +70,8 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Rewrite a program with new tool axes; contact points, feeds and structure are kept
     Reschedule(RescheduleArgs),
-    /// Write a program with new feeds: as high as the limits of the tools allow where the machine reaches them
+    /// Write a program with new feeds: as high as the limits of the tools allow where the machine reaches
+    /// them
     Feeds(FeedsArgs),
     /// Measure the stock after a run (section, distance, wall thickness) or a measured surface texture
     /// (roughness)

@@ -30,8 +30,8 @@ pub(crate) struct RunArgs {
     /// one. Motion is planned and judged again, finished cuts are read from the journal
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Keep no journal: the disk stays free of it (a million moves at 0.1 mm write some gigabytes), and a run that is
-    /// interrupted starts again
+    /// Keep no journal: the disk stays free of it (a million moves at 0.1 mm write some gigabytes), and a run
+    /// that is interrupted starts again
     #[arg(long, conflicts_with = "resume")]
     pub(crate) no_journal: bool,
     /// Run a quick preview with cells four times as large, without patches and texture. Its findings are

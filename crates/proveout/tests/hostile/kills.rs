@@ -299,7 +299,8 @@ fn without_a_journal_nothing_is_recorded_and_a_stopped_run_says_so() {
     let (mut sizes, mut after) = ([0, 0], Duration::from_millis(300));
     for (k, more) in [&[][..], &["--no-journal"]].into_iter().enumerate() {
         let shop = shop();
-        // Later and later, until the signal finds the run cutting; without a journal not earlier than with one.
+        // Later and later, until the signal finds the run cutting; without a journal not earlier than with
+        // one.
         loop {
             after += Duration::from_millis(100);
             let found = stopped(&shop, more, "INT", after).expect("it cuts for seconds");

@@ -25,7 +25,8 @@ const LONGEST_BLOCK_S: f64 = 0.2;
 const SLOWEST_PART: f64 = 0.02;
 /// Multiple of the Stribeck velocity from which static friction is gone: e^-9 of it is left.
 const STRIBECK: f64 = 3.0;
-/// Coarsest rounding of positions, mm and radian (0.1 degrees): over a block of 20 ms it is a velocity of 5 mm/s.
+/// Coarsest rounding of positions, mm and radian (0.1 degrees): over a block of 20 ms it is a velocity of 5
+/// mm/s.
 const COARSEST_MM: f64 = 0.1;
 const COARSEST_RAD: f64 = 0.001_745_329_25;
 /// Rows on either side from which the velocity at a border is taken.

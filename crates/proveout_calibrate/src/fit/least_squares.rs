@@ -334,7 +334,8 @@ mod tests {
             if state >> 63 == 0 { 1.0 } else { -1.0 }
         };
         let pairs: Vec<f64> = (0..2000).flat_map(|_| [sign(); 2]).collect();
-        // Neighbors agree in half of the cases fully, else by chance: r1 = 0.5, so that two rows count as one.
+        // Neighbors agree in half of the cases fully, else by chance: r1 = 0.5, so that two rows count as
+        // one.
         let found = correlation_time(&[pairs]);
         assert!((found - 2.0).abs() < 0.2, "{found}");
         let single: Vec<f64> = (0..4000).map(|_| sign()).collect();

@@ -70,7 +70,8 @@ impl Axis {
             acceleration: acceleration.round(),
             jerk: (acceleration / r.between(0.02, 0.09)).round(),
             gain,
-            // A loop whose parts are spread as drives are set up: the rule of machines/README.md, +-30 percent.
+            // A loop whose parts are spread as drives are set up: the rule of machines/README.md, +-30
+            // percent.
             bandwidth: gain * r.between(0.7, 1.1),
             integral_ms: 600.0 / gain * r.between(0.9, 1.3),
             alpha: share(r),

@@ -1,5 +1,5 @@
-//! `JUnit` XML as build servers read it: a suite a program, a case a gate. A gate that is not checked is an error,
-//! since a skipped case counts as green.
+//! `JUnit` XML as build servers read it: a suite a program, a case a gate. A gate that is not checked is an
+//! error, since a skipped case counts as green.
 
 use std::fmt::Write;
 

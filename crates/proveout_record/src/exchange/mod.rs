@@ -78,7 +78,8 @@ pub struct ReportedItem {
     pub line: Option<u32>,
     /// Column, from 1, in characters.
     pub column: Option<u32>,
-    /// Text of the line, for a fingerprint that a new line above does not change; empty where it is not known.
+    /// Text of the line, for a fingerprint that a new line above does not change; empty where it is not
+    /// known.
     pub line_text: String,
     /// Further data: time, axes, point, value and limit with their units in the names.
     pub more: Map<String, Value>,

@@ -93,8 +93,8 @@ impl<T> FrameCollector<T> {
         self.list.iter().flat_map(|f| f.parts.values()).map(of).sum()
     }
 
-    /// Joins frames where there is too much in them; kept ones lose their mark when no other is left. False when
-    /// nothing can be joined.
+    /// Joins frames where there is too much in them; kept ones lose their mark when no other is left. False
+    /// when nothing can be joined.
     pub(crate) fn thin(&mut self) -> bool {
         let before = self.list.len();
         if self.list.iter().filter(|f| !f.keep).count() < 4 {

@@ -38,8 +38,8 @@ pub(crate) struct StockTiles {
 }
 
 impl StockTiles {
-    /// Of a stock with its patches: the stock outside of their windows first, then each patch. `triangles`: of
-    /// the first picture of each, about; it decides the level of detail.
+    /// Of a stock with its patches: the stock outside of their windows first, then each patch. `triangles`:
+    /// of the first picture of each, about; it decides the level of detail.
     pub(crate) fn all(stock: &TriDexel, patches: &[Patch], triangles: f64) -> Vec<Self> {
         let windows: Vec<Aabb> = patches.iter().map(|p| *p.window()).collect();
         let own = if windows.is_empty() { SurfaceWindow::Whole } else { SurfaceWindow::Outside(windows) };

@@ -39,8 +39,8 @@
 //! /machine/table/work/schedule/{original,new}                  tool axes as arrows, at most 160 each
 //! ```
 //!
-//! Everything lies on the timeline `sim_time`, and what the run shows on `nc_block` too: number of the executed
-//! block, one step a block. Thinning: poses at most 50 a second, signals as smallest and
+//! Everything lies on the timeline `sim_time`, and what the run shows on `nc_block` too: number of the
+//! executed block, one step a block. Thinning: poses at most 50 a second, signals as smallest and
 //! largest sample of stretches of 40 ms; both spacings double after every 15 000 rows. The stock is shown at
 //! thirty to fifty times, closer at the begin, and at tool changes, from every 2ⁿ-th node so that its first
 //! picture has about 150 000 triangles. Nothing of it is measured: exact values are in the Parquet tables.

@@ -7,8 +7,8 @@ use crate::{color::Rgba, error::RecordError, picture::Picture, units::UM_PER_MM}
 
 /// The timeline of every recording: simulated time as a duration.
 pub(crate) const TIMELINE: &str = "sim_time";
-/// The timeline of the program: number of the executed block, as in `blocks.parquet`. Lines repeat in loops and
-/// subprograms, and would be no clock; file and line of each block are on the entity `/program/block`.
+/// The timeline of the program: number of the executed block, as in `blocks.parquet`. Lines repeat in loops
+/// and subprograms, and would be no clock; file and line of each block are on the entity `/program/block`.
 pub(crate) const BLOCK_TIMELINE: &str = "nc_block";
 /// The timeline of what lies along a path: its way in micrometers, a whole number.
 pub(crate) const WAY_TIMELINE: &str = "path_um";

@@ -53,8 +53,8 @@ const AT_LIMIT: f64 = 1.0 - 1e-9;
 /// Classes of the histogram.
 const CLASSES: usize = 41;
 
-/// Writes `report.html`. Of the length of the run it keeps 24 bytes a block; what the player shows is of bounded
-/// size.
+/// Writes `report.html`. Of the length of the run it keeps 24 bytes a block; what the player shows is of
+/// bounded size.
 #[derive(Default)]
 pub struct ReportObserver {
     units: Vec<JointUnit>,

@@ -324,8 +324,8 @@ fn view_data(page: &Page<'_>) -> String {
     .replace('<', "\\u003c")
 }
 
-/// How far a place on the mesh of the page may lie from the surface of the stock, mm: the diagonal of a cell that
-/// its vertices were gathered in, and the rounding of their places.
+/// How far a place on the mesh of the page may lie from the surface of the stock, mm: the diagonal of a cell
+/// that its vertices were gathered in, and the rounding of their places.
 fn mesh_error(page: &Page<'_>) -> f64 {
     let cell = page.part.cell.unwrap_or(page.verdict.removal.cell_mm);
     let size = page.part.picture.aabb().size();

@@ -1,10 +1,10 @@
 //! STEP files of the scene ([`STEP_READ`](crate::verdict::finding::STEP_READ),
 //! [`STEP_COARSE`](crate::verdict::finding::STEP_COARSE)).
 //!
-//! Each file is reported once, at the begin of the run: kernel, counts, and the chord error that was measured.
-//! One above what was asked for is a warning. The chord error of the design is in the floor of its tolerances.
-//! That of stock and fixtures is compared with the distances that decide about touches. Where it exceeds them,
-//! the gate of the collision stays unchecked: the true body may reach as far out of its mesh.
+//! Each file is reported once, at the begin of the run: kernel, counts, and the chord error that was
+//! measured. One above what was asked for is a warning. The chord error of the design is in the floor of its
+//! tolerances. That of stock and fixtures is compared with the distances that decide about touches. Where it
+//! exceeds them, the gate of the collision stays unchecked: the true body may reach as far out of its mesh.
 
 use crate::{
     checks::check::{Check, RunEnd, StretchView},

@@ -8,9 +8,10 @@
 //!   not defined in the paper, or not measured here       not comparable
 //! ```
 //!
-//! A wider range is compatible with more: the verdict is read together with the range, with the null program, and with
-//! the choice that moves the value most. A sign that turns within the range, or a range that only draws of all choices
-//! at once reach, is compatible as well, but decides no criterion of the scene (`State::Unchecked`).
+//! A wider range is compatible with more: the verdict is read together with the range, with the null program,
+//! and with the choice that moves the value most. A sign that turns within the range, or a range that only
+//! draws of all choices at once reach, is compatible as well, but decides no criterion of the scene
+//! (`State::Unchecked`).
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -86,7 +87,8 @@ pub(crate) fn agreement(row: &Published) -> Agreement {
     }
 }
 
-/// What the verdict means for a row with a band, where choices were tried on it; none where nothing was tried.
+/// What the verdict means for a row with a band, where choices were tried on it; none where nothing was
+/// tried.
 pub(crate) fn state(row: &Published) -> Option<State> {
     let value = row.value?;
     if row.over_choices.is_none() && row.over_twin.is_none() {

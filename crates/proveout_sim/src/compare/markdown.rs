@@ -238,7 +238,8 @@ pub fn headlines(c: &Comparison, link: &str) -> String {
     out
 }
 
-/// Published value, ours, its range over what is open, that of the null program, and the choice that moves it most.
+/// Published value, ours, its range over what is open, that of the null program, and the choice that moves it
+/// most.
 fn values(p: &Published) -> [String; 5] {
     let (unit, digits) = (&p.unit, digits(p.published));
     let ranges = [p.over_choices, p.over_draws, p.over_twin];

@@ -431,9 +431,9 @@ pub struct Published {
     pub value: Option<f64>,
     /// From where to where it counts as reproduced; null when the scene sets no band.
     pub band: Option<[f64; 2]>,
-    /// Whether it counts for the comparison: by its agreement where the scene lists choices that act on it, else our
-    /// value lies in the band. Unchecked without a band or a value, and where only draws of all choices at once
-    /// reach the published value or the sign turns.
+    /// Whether it counts for the comparison: by its agreement where the scene lists choices that act on it,
+    /// else our value lies in the band. Unchecked without a band or a value, and where only draws of all
+    /// choices at once reach the published value or the sign turns.
     pub state: State,
     /// The same quantity of the null program; null where there is none, or for the null program itself.
     #[serde(default)]

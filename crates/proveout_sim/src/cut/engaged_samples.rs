@@ -1,8 +1,8 @@
 //! Engagement along the path: short stretches of feed motion with the slices of the cutter in material.
 //!
-//! The stock sorts what a motion took into steps and slices ([`SliceContact`]); pieces of motion are as long as
-//! their tolerance allows, from micrometers to many cells. Here both become samples of one length: steps that
-//! follow each other in one block are joined until the sample is full.
+//! The stock sorts what a motion took into steps and slices ([`SliceContact`]); pieces of motion are as long
+//! as their tolerance allows, from micrometers to many cells. Here both become samples of one length: steps
+//! that follow each other in one block are joined until the sample is full.
 
 use std::collections::BTreeMap;
 
@@ -26,12 +26,13 @@ pub struct EngagedSlice {
     pub slice: u32,
     /// Lowest and highest touch above the tip, mm.
     pub height: [f64; 2],
-    /// Angles at which a tooth enters and leaves material in the sense of the spindle, radian: 0 on one side, a
-    /// quarter turn in front. None where only the end of the tool goes down.
+    /// Angles at which a tooth enters and leaves material in the sense of the spindle, radian: 0 on one side,
+    /// a quarter turn in front. None where only the end of the tool goes down.
     pub range: Option<[f64; 2]>,
     /// The cutter goes down: material is met all around.
     pub around: bool,
-    /// Touches across the feed, right (negative) and left of the axis, mm; low above high where there is none.
+    /// Touches across the feed, right (negative) and left of the axis, mm; low above high where there is
+    /// none.
     pub across: [f64; 2],
     /// Material that was taken, mm³.
     pub volume_mm3: f64,
@@ -125,7 +126,8 @@ impl SampleMaker {
         Self { plan, step, path: 0.0, open: None, done: Vec::new() }
     }
 
-    /// Takes a stretch. `contacts` are those of its pieces, by number; `volumes` is what each piece took, mm³.
+    /// Takes a stretch. `contacts` are those of its pieces, by number; `volumes` is what each piece took,
+    /// mm³.
     pub(crate) fn stretch(
         &mut self,
         chunk: &Chunk,

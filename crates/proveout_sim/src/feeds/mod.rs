@@ -1,8 +1,8 @@
 //! Feeds of a program under the limits of its tools: `proveout feeds`.
 //!
 //! In: a scene, a program with a text, limits of the tools. Out: the text with other F words, and for every
-//! block what sets its feed. The force model is that of [`proveout_feeds`]; here are engagement along the path,
-//! the text, and the loop with the twin.
+//! block what sets its feed. The force model is that of [`proveout_feeds`]; here are engagement along the
+//! path, the text, and the loop with the twin.
 //!
 //! | file | what it does |
 //! |---|---|

@@ -7,9 +7,9 @@
 //! ```
 //!
 //! The limits hold for the speed that is reached, and the speed of a block is never above its feed, so that a
-//! feed at the limit keeps it. Where the control still is faster as it comes from the block before, that block
-//! is lowered. A line whose feed was raised and whose blocks neither reach it nor gain time keeps the feed of
-//! the program: joints, corners or the block cycle pace it.
+//! feed at the limit keeps it. Where the control still is faster as it comes from the block before, that
+//! block is lowered. A line whose feed was raised and whose blocks neither reach it nor gain time keeps the
+//! feed of the program: joints, corners or the block cycle pace it.
 
 use std::{
     collections::{BTreeMap, BTreeSet},

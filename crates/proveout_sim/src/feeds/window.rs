@@ -9,7 +9,8 @@ use proveout_feeds::SliceCut;
 
 use crate::cut::engaged_samples::{EngagedSample, EngagedSlice};
 
-/// The slices of each sample with those of its neighbors within `reach` mm of path; same order as the samples.
+/// The slices of each sample with those of its neighbors within `reach` mm of path; same order as the
+/// samples.
 pub(crate) fn joined(samples: &[EngagedSample], reach: f64) -> Vec<Vec<EngagedSlice>> {
     let mut first = 0;
     let mut all = Vec::with_capacity(samples.len());

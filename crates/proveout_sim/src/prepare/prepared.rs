@@ -70,8 +70,8 @@ pub struct Prepared {
     pub memory: Memory,
     /// Design mesh, workpiece frame.
     pub part_mesh: Option<TriMesh>,
-    /// Largest distance of that mesh from the closed form of its blade, or from the surfaces of its STEP file,
-    /// mm, where it was measured as the mesh was made.
+    /// Largest distance of that mesh from the closed form of its blade, or from the surfaces of its STEP
+    /// file, mm, where it was measured as the mesh was made.
     pub part_mesh_error: Option<f64>,
     /// Places of `[surface]`, where the scene has them.
     pub(crate) texture: Option<Plan>,

@@ -202,8 +202,8 @@ pub(crate) fn rehearse(mut prepared: Prepared, observers: &mut [Box<dyn Observer
 
 /// Plans the motion of the program and takes it through the engine, stretch by stretch.
 ///
-/// With two threads or more, the next chunk is planned while this one is cut, checked and recorded. The chunks
-/// are the same and come in the same order, so the bytes of the run do not depend on it.
+/// With two threads or more, the next chunk is planned while this one is cut, checked and recorded. The
+/// chunks are the same and come in the same order, so the bytes of the run do not depend on it.
 fn drive(
     prepared: &Prepared,
     engine: &mut Engine<'_>,

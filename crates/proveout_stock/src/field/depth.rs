@@ -40,9 +40,9 @@
 //! left. Its depth is that in the material as it stood before its first piece: items with [`Measure::Since`]
 //! put what they take together, and ends that items of the run have made are not open.
 //!
-//! *The deepest of a run.* A holder that runs through material for a whole pass is one finding with one depth.
-//! Items with [`Measure::Deepest`] are measured in full only where a place may be deeper than the deepest so far;
-//! of the others one place is proved to be deeper than a touch.
+//! *The deepest of a run.* A holder that runs through material for a whole pass is one finding with one
+//! depth. Items with [`Measure::Deepest`] are measured in full only where a place may be deeper than the
+//! deepest so far; of the others one place is proved to be deeper than a touch.
 
 use std::collections::BTreeMap;
 
@@ -64,8 +64,8 @@ pub enum Measure {
     Alone,
     /// As the item meets it, but only whether it is deeper than a touch: the depth is then a lower bound.
     Touch,
-    /// As the item meets it, where it may be deeper than the items before it with the same body in the run with this
-    /// id: the depth is then no more than a lower bound. The deepest item of the run has its depth.
+    /// As the item meets it, where it may be deeper than the items before it with the same body in the run
+    /// with this id: the depth is then no more than a lower bound. The deepest item of the run has its depth.
     Deepest(u32),
     /// As it stood before the item with this id; ids of a run rise, and runs follow one another.
     Since(u32),
@@ -88,14 +88,15 @@ pub struct Depths {
 pub(crate) struct Deepest(BTreeMap<(u32, usize), (usize, f64)>);
 
 impl Deepest {
-    /// Depth of the deepest item of this run and body, where the last of them was in material; `between` says whether
-    /// an item between two others is of that run and body.
+    /// Depth of the deepest item of this run and body, where the last of them was in material; `between` says
+    /// whether an item between two others is of that run and body.
     pub(crate) fn of(&self, key: (u32, usize), item: usize, between: impl Fn(usize) -> bool) -> Option<f64> {
         let &(last, depth) = self.0.get(&key)?;
         (last < item && !(last + 1..item).any(between)).then_some(depth)
     }
 
-    /// Takes the depth of an item, of which `known` was asked before; one that is no deeper than `least` ends the run.
+    /// Takes the depth of an item, of which `known` was asked before; one that is no deeper than `least` ends
+    /// the run.
     pub(crate) fn take(&mut self, key: (u32, usize), item: usize, known: Option<f64>, [depth, least]: [f64; 2]) {
         if depth > least {
             self.0.insert(key, (item, known.map_or(depth, |known| depth.max(known))));
@@ -146,9 +147,9 @@ impl Depths {
 
     /// Depth of one item, mm. `laps` are its intervals in a fixed order, `longest` the longest of them.
     ///
-    /// `known` is the depth of the deepest item of its run so far, with [`Measure::Deepest`]. `held` is the signed
-    /// distance of a point from the body at the begin of the item, negative inside, and `bound` what an item may
-    /// leave, mm.
+    /// `known` is the depth of the deepest item of its run so far, with [`Measure::Deepest`]. `held` is the
+    /// signed distance of a point from the body at the begin of the item, negative inside, and `bound` what
+    /// an item may leave, mm.
     pub(crate) fn of_item(
         &mut self,
         grid: &RayGrid,
@@ -197,9 +198,9 @@ impl Depths {
         begun.max(rest)
     }
 
-    /// Depth of an item of which a depth `known` need not be passed, where that is less work than its own depth: that of
-    /// its deepest place where this is deeper, else of any place that is deeper than a touch. None where neither is
-    /// seen.
+    /// Depth of an item of which a depth `known` need not be passed, where that is less work than its own
+    /// depth: that of its deepest place where this is deeper, else of any place that is deeper than a touch.
+    /// None where neither is seen.
     fn up_to(&self, grid: &RayGrid, laps: &[RayLap], few: &[&RayLap], known: f64) -> Option<f64> {
         // From an open end of its own interval no place is farther than the interval is long.
         let mut deeper = few.to_vec();

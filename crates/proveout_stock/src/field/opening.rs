@@ -1,21 +1,21 @@
 //! Samples of the free surface that a body takes away, and the nearest of them to a place.
 //!
-//! Samples come piece by piece, and between the pieces places are looked up. They are kept as k-d trees (Bentley
-//! 1975, "Multidimensional binary search trees") whose sizes are those of the binary digits of the count, the largest
-//! first (Bentley and Saxe 1980, "Decomposable searching problems"):
+//! Samples come piece by piece, and between the pieces places are looked up. They are kept as k-d trees
+//! (Bentley 1975, "Multidimensional binary search trees") whose sizes are those of the binary digits of the
+//! count, the largest first (Bentley and Saxe 1980, "Decomposable searching problems"):
 //!
 //! ```text
 //!     count 7 x BUCKET + 5    |  4 BUCKET  | 2 BUCKET | BUCKET | 5 wait |
 //! ```
 //!
-//! A sample is sorted once for each digit, and a lookup passes one tree a digit and fewer than [`BUCKET`] samples one by
-//! one. Among samples of equal distance the first in the order of their coordinates counts, so that a result
-//! does not depend on how the samples came.
+//! A sample is sorted once for each digit, and a lookup passes one tree a digit and fewer than [`BUCKET`]
+//! samples one by one. Among samples of equal distance the first in the order of their coordinates counts, so
+//! that a result does not depend on how the samples came.
 //!
-//! *The deepest of many places* does not need the depth of each. A place is no deeper than its distance from any
-//! sample, twice that in the middle of a rib. So a place with a sample within the depth known so far is
-//! left out, and the sample of the place before is tried first (the early break of Taha and Hanbury 2015, "An efficient
-//! algorithm for calculating the exact Hausdorff distance").
+//! *The deepest of many places* does not need the depth of each. A place is no deeper than its distance from
+//! any sample, twice that in the middle of a rib. So a place with a sample within the depth known so far is
+//! left out, and the sample of the place before is tried first (the early break of Taha and Hanbury 2015, "An
+//! efficient algorithm for calculating the exact Hausdorff distance").
 
 use std::cmp::Ordering;
 
@@ -87,8 +87,8 @@ impl Opening {
         self.trees = trees;
     }
 
-    /// Depth of the deepest place of some intervals, at least `known`; none without an opening, or without a place on
-    /// the skin. `whole` gives the interval that one is a part of.
+    /// Depth of the deepest place of some intervals, at least `known`; none without an opening, or without a
+    /// place on the skin. `whole` gives the interval that one is a part of.
     pub(crate) fn deepest<'a>(
         &self,
         grid: &RayGrid,
@@ -133,7 +133,8 @@ impl Opening {
         }
     }
 
-    /// The nearest sample with the square of its distance, or the first that is found with a square up to `enough`.
+    /// The nearest sample with the square of its distance, or the first that is found with a square up to
+    /// `enough`.
     fn nearest(&self, x: &Point, enough: f64, hint: Option<Sample>) -> Option<(f64, Sample)> {
         let mut best = Best { square: f64::INFINITY, sample: None, enough };
         if let Some(sample) = hint {
@@ -154,8 +155,8 @@ impl Opening {
     }
 }
 
-/// Depth of a place on the skin for which the open ends of all `laps` are looked through, without a tree; none where
-/// the interval has no such place, or nothing is open.
+/// Depth of a place on the skin for which the open ends of all `laps` are looked through, without a tree;
+/// none where the interval has no such place, or nothing is open.
 pub(crate) fn depth_by_all(grid: &RayGrid, lap: &RayLap, laps: &[RayLap]) -> Option<f64> {
     let place = places(grid, lap, alone(lap)).find(|place| !place.middle)?;
     let mut best = Best { square: f64::INFINITY, sample: None, enough: NONE_IS_NEAR };

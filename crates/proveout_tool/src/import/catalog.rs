@@ -2,14 +2,14 @@
 //!
 //! | file | recognized by | values |
 //! |---|---|---|
-//! | ISO 13399 exchange file (`.p21`) | schema `CUTTING_TOOL_SCHEMA_ARM` | codes `DC`, `OAL`, with their unit |
+//! | ISO 13399 file (`.p21`) | schema `CUTTING_TOOL_SCHEMA_ARM` | codes `DC`, `OAL`, with their unit |
 //! | DIN 4000 (`.xml`) | element `Tool-Data` | `A1`, `C3` of class DIN4000-82, mm, decimal comma |
 //! | hyperMILL (`.xml`) | element `omtdx` | `toolDiameter`, unit in `lengthOfUnit` |
 //! | SolidCAM (`.xml`) | element `Results` | `diameter`, unit in `unit` |
 //!
-//! Such files have no tool numbers: tools are numbered in the order of the file, with a note. The kind comes from
-//! the words of type and name; a corner radius makes a ball or a bull nose of an end mill. A value that is given
-//! twice in two sizes is refused by name, since the file does not say which one is meant.
+//! Such files have no tool numbers: tools are numbered in the order of the file, with a note. The kind comes
+//! from the words of type and name; a corner radius makes a ball or a bull nose of an end mill. A value that
+//! is given twice in two sizes is refused by name, since the file does not say which one is meant.
 
 use std::path::Path;
 

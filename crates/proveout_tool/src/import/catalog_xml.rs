@@ -14,8 +14,8 @@ const MAX_BYTES: u64 = 32 << 20;
 const MAX_NODES: u32 = 4_000_000;
 /// Most attributes of an element.
 const MAX_ATTRIBUTES: usize = 100;
-/// The class of DIN 4000 whose letters are known: end mills of one piece. Other classes use the same letters for
-/// other lengths.
+/// The class of DIN 4000 whose letters are known: end mills of one piece. Other classes use the same letters
+/// for other lengths.
 const DIN_CLASS: &str = "DIN4000-82";
 
 const DIN: CatalogKeys = CatalogKeys {

@@ -11,11 +11,12 @@ pub(crate) const TIME_STEPS: f64 = 1e4;
 
 /// A series of samples of several signals, thinned while it grows.
 ///
-/// Between neighboring knots each signal is a straight line over time. A sample is left out as long as one line
-/// from the last knot to the newest sample passes all samples between within the tolerance of each signal
-/// (interval of slopes, Bristol 1990, "swinging door"): the bound holds at every sample that was pushed. When
-/// there are too many knots the tolerances double, and the knots themselves are thinned in the same way; the
-/// bound is then the sum of all tolerances, since two lines are farthest apart at one of their knots.
+/// Between neighboring knots each signal is a straight line over time. A sample is left out as long as one
+/// line from the last knot to the newest sample passes all samples between within the tolerance of each
+/// signal (interval of slopes, Bristol 1990, "swinging door"): the bound holds at every sample that was
+/// pushed. When there are too many knots the tolerances double, and the knots themselves are thinned in the
+/// same way; the bound is then the sum of all tolerances, since two lines are farthest apart at one of their
+/// knots.
 #[derive(Clone, Debug)]
 pub(crate) struct KnotSeries {
     tolerances: Vec<f64>,
@@ -64,8 +65,8 @@ impl KnotSeries {
         self.tolerances.iter().map(|t| t * self.bound).collect()
     }
 
-    /// Adds a sample; one that is not finite, or earlier than the one before, is left out. `exact`: it becomes a
-    /// knot itself.
+    /// Adds a sample; one that is not finite, or earlier than the one before, is left out. `exact`: it
+    /// becomes a knot itself.
     pub(crate) fn push(&mut self, time: f64, values: &[f64], exact: bool) {
         if self.signals() == 0 || values.len() != self.signals() {
             return;

@@ -104,7 +104,8 @@ impl PlayedSteps {
         after.checked_sub(2).and_then(|before| self.all.get(before)).map_or(0.0, |step| step.end)
     }
 
-    /// The steps packed for the page, little endian; each column of whole numbers is zigzag of the differences:
+    /// The steps packed for the page, little endian; each column of whole numbers is zigzag of the
+    /// differences:
     ///
     /// ```text
     /// u32       steps

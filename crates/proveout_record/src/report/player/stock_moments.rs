@@ -67,8 +67,8 @@ impl StockMoments {
         moments
     }
 
-    /// Distance of the rays that the meshes are made from, mm: a vertex lies within the diagonal of such a cell
-    /// from the surface.
+    /// Distance of the rays that the meshes are made from, mm: a vertex lies within the diagonal of such a
+    /// cell from the surface.
     pub(crate) fn cell(&self) -> f64 {
         self.cell
     }
