@@ -102,6 +102,9 @@ impl CatalogTool {
             (None | Some("flat" | "bull_nose"), Some(r)) => {
                 return Err(format!("its corner radius of {r} mm is above half of its diameter of {diameter} mm"));
             }
+            (Some("bull_nose"), None) if keys.corner_radius.is_empty() => {
+                return Err(format!("it has a corner radius, and a {} states none", keys.format));
+            }
             (Some("bull_nose"), None) => return Err(format!("`{}` is not given", keys.corner_radius.join("`, `"))),
             _ => {}
         }

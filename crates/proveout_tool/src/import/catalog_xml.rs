@@ -38,7 +38,7 @@ const HYPERMILL: CatalogKeys = CatalogKeys {
     shank: &["toolShaftDiameter"],
     overall: &["toolTotalLength"],
     stick_out: &[],
-    point_angle: &["tipAngle"],
+    point_angle: &[],
     teeth: &["cuttingEdges"],
 };
 
