@@ -305,7 +305,7 @@ fn drawings_show_gains_over_limits_and_ranges_of_published_values() {
     // 41.5 of 38.1 percent, with a range over choices that reaches farther than the frame.
     let value = &mut c.published[0];
     (value.over_choices, value.over_twin) = (Some([30.0, 200.0]), Some([40.0, 42.0]));
-    value.agreement = Agreement::Compatible;
+    value.agreement = Agreement::Agrees;
     let text = ranges_drawing(&c).expect("a drawing");
     closes_in_order(&text);
     assert!(!text.contains("<img") && !text.contains("<script"), "a value went through unescaped");
