@@ -148,7 +148,7 @@ pub(crate) fn sandbox() -> TempDir {
     let mill = fs::read_to_string(root.join("machines/three-axis-mill/machine.toml")).expect("a machine");
     // Joints, spindle, table and control: without bodies it names no model, and may be written anywhere.
     let mill = mill.replace("model = \"model.glb\"\n", "");
-    write("mill/machine.toml", mill.split_once("[[body]]").map_or(mill.as_str(), |(head, _)| head));
+    write("mill/machine.toml", mill.split_once("[body_density]").map_or(mill.as_str(), |(head, _)| head));
     write("mill/scene.toml", MILL);
     write("air.csv", &air());
     write("columns.toml", "time = \"time_s\"\n\n[[joint]]\nname = \"X\"\nunit = \"mm\"\ncommand = \"X_command_mm\"\n");
