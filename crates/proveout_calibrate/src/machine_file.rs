@@ -37,8 +37,8 @@ pub fn with_error(number: f64, error: f64) -> String {
 /// The text of a machine file with the written parameters, each with its source and standard error.
 ///
 /// # Errors
-/// [`InputError`] where the text is not the file that the machine was read from, or the new values cannot
-/// stand together.
+/// [`InputError`] where the text is not the file that the machine was read from, or the new values
+/// contradict each other.
 pub fn calibrated_machine(file: &Path, text: &str, found: &Calibration) -> Result<String, InputError> {
     let fault = |message: String, remedy: &str| -> InputError {
         InputFault { code: "calibrate", file: file.into(), message, remedy: remedy.into(), ..InputFault::default() }
@@ -62,7 +62,7 @@ pub fn calibrated_machine(file: &Path, text: &str, found: &Calibration) -> Resul
     Ok(out)
 }
 
-/// What a machine file names that is looked for in its folder; none where it stands alone.
+/// What a machine file names that is looked for in its folder; none where it needs no other file.
 pub fn needs_folder(text: &str) -> Option<String> {
     let document: DocumentMut = text.parse().ok()?;
     let name = |item: Option<&Item>| item.and_then(Item::as_str).map(str::to_owned);

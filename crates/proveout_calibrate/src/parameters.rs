@@ -225,7 +225,7 @@ pub(crate) fn put_servo(
                         times(fit.drive.elastic.map_or(0.0, |e| e.frequency / std::f64::consts::TAU)),
                         false,
                     ),
-                    // Over the moved mass alone; the force tells them better.
+                    // Over the moved mass alone; the force gives them better.
                     ServoParameter::CoulombFriction | ServoParameter::ViscousFriction => {
                         keys.push("");
                         continue;

@@ -241,16 +241,16 @@ fn words(program: &Path, scene: &Scene, machine: &Machine, traces: &[Trace]) -> 
         return Err(Failure::new("--program, but no trace has a column of program lines")
             .with_help("name the column as `block`, or omit --program"));
     }
-    let told = |e: SimError| Failure::from(&e);
-    let lines = ProgramText::open(program).map_err(|e| told(e.into()))?.all().count();
-    let control = control_of(Some(scene), machine).map_err(told)?;
-    let (settings, note) = proveout_sim::settings_on(control.as_ref(), Dialect::Auto, program).map_err(told)?;
+    let failure = |e: SimError| Failure::from(&e);
+    let lines = ProgramText::open(program).map_err(|e| failure(e.into()))?.all().count();
+    let control = control_of(Some(scene), machine).map_err(failure)?;
+    let (settings, note) = proveout_sim::settings_on(control.as_ref(), Dialect::Auto, program).map_err(failure)?;
     if let Some(note) = note {
         say!("note: {note}");
     }
     let mut out = WordTimes::new(u32::try_from(lines).unwrap_or(u32::MAX));
-    for command in Program::open(program, &with_machine(settings, machine)).map_err(|e| told(e.into()))? {
-        out.add(&command.map_err(|e| told(e.into()))?);
+    for command in Program::open(program, &with_machine(settings, machine)).map_err(|e| failure(e.into()))? {
+        out.add(&command.map_err(|e| failure(e.into()))?);
     }
     Ok(out)
 }

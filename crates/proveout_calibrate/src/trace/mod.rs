@@ -18,7 +18,7 @@ pub struct Trace {
     pub time: Vec<f64>,
     /// Median of the steps of time, s.
     pub step: f64,
-    /// Steps of time are equal: the row's number tells the time.
+    /// Steps of time are equal: the time follows from the row's number.
     pub even: bool,
     /// One entry for each joint of the machine; none where the trace does not have it.
     pub joints: Vec<Option<JointTrace>>,

@@ -35,7 +35,7 @@ struct Column {
 ///
 /// # Errors
 /// [`InputError`] with file and line: a column that is not there, a cell that is no number, time that runs
-/// backwards or stands, a gap, positions outside of the travel.
+/// backwards or repeats, a gap, positions outside of the travel.
 pub fn trace_from_text(
     file: &Path,
     text: &str,

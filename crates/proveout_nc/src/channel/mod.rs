@@ -58,18 +58,18 @@ pub(crate) use recover::{FailedBlock, Recovery, Salvage, TakenOut};
 pub(crate) use technology::{Technology, direction_of, direction_of_thread, opposite};
 
 /// A language of programs: how its blocks are read, and what they mean.
-pub(crate) trait Language: Send + Debug + Sized {
+pub(crate) trait Language: Debug + Sized {
     /// Structure of a program file.
-    type Index: Send + Sync + Debug;
+    type Index: Debug;
     /// What a level of the call stack keeps besides its place.
-    type Level: Send + Debug;
+    type Level: Debug;
     /// The words of a block; one is kept for the whole run.
-    type Block: Send + Debug + Default;
+    type Block: Debug + Default;
     /// What a command carries on its way out of the queue.
-    type Mark: Send + Debug + Default;
-    type Variables: Send + Debug;
+    type Mark: Debug + Default;
+    type Variables: Debug;
     /// What stays in force from block to block.
-    type Modal: Send + Debug;
+    type Modal: Debug;
 
     /// Structure of a file, and what is wrong with it. `main`: the file is that of the program, not of a
     /// subprogram.

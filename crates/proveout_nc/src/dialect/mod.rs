@@ -25,7 +25,7 @@ use listed::UnlistedWords;
 pub use detect::detect;
 
 /// A program being executed. After an error or the end it gives nothing more.
-pub(crate) trait Reader: Debug + Send {
+pub(crate) trait Reader: Debug {
     /// The next command, or what ended the run.
     fn next_command(&mut self) -> Option<Result<Command, Box<Diagnostic>>>;
 

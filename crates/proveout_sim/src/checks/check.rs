@@ -21,7 +21,7 @@ use crate::{
 
 /// Looks at a run as it goes on, and reports what is wrong to the log. The module above says when each method
 /// is called, and in which order the checks run.
-pub(crate) trait Check: Send {
+pub(crate) trait Check {
     /// A stretch has been cut, and all bodies were followed through it.
     fn stretch(&mut self, _view: &StretchView<'_>, _log: &mut FindingLog) {}
 

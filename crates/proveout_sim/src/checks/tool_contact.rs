@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Judges the contact of one part of the tool.
-pub(crate) trait ContactCheck: Send {
+pub(crate) trait ContactCheck {
     /// The finding of a contact; none where it is allowed, or of another part of the tool. Place and time are
     /// added by the caller.
     fn judge(&mut self, contact: &ToolContact<'_>) -> Option<Finding>;

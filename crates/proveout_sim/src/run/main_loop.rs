@@ -8,7 +8,7 @@
 
 use std::{path::Path, sync::PoisonError, time::Instant};
 
-use proveout_controller::{Chunk, Summary as PathSummary};
+use proveout_controller::Summary as PathSummary;
 use proveout_stock::{Patch, TriDexel};
 use rayon::prelude::*;
 
@@ -18,7 +18,6 @@ use crate::{
         engine::Engine,
         journal::Journal,
         shard_cuts::{ShardCuts, ShardFacts},
-        stages::timed,
     },
     judge::{
         final_verdict::{self, Shown},
@@ -201,9 +200,6 @@ pub(crate) fn rehearse(mut prepared: Prepared, observers: &mut [Box<dyn Observer
 }
 
 /// Plans the motion of the program and takes it through the engine, stretch by stretch.
-///
-/// With two threads or more, the next chunk is planned while this one is cut, checked and recorded. The
-/// chunks are the same and come in the same order, so the bytes of the run do not depend on it.
 fn drive(
     prepared: &Prepared,
     engine: &mut Engine<'_>,
@@ -212,74 +208,46 @@ fn drive(
 ) -> Result<(PathSummary, Option<Stopped>), SimError> {
     let mut controller = controller(prepared)?;
     let mut watch = Watch::new(prepared);
-    // A run that may end early gives the summary of what was planned by then.
-    let ahead = rayon::current_num_threads() > 1 && prepared.wanted.stop_at.is_none();
-    let mut servo = 0.0;
-    let mut plan = || {
-        let (chunk, took) = timed(|| controller.next_chunk());
-        let total = controller.servo_wall_s();
-        let of_servo = total - std::mem::replace(&mut servo, total);
-        (chunk, [took - of_servo, of_servo])
-    };
-    let mut planned = None;
     while !watch.has_stopped() {
-        let (chunk, took) = planned.take().unwrap_or_else(&mut plan);
-        stages.plan += took[0];
-        stages.servo += took[1];
-        let Some(chunk) = chunk.map_err(|e| from_run_error(opened(prepared, e)))? else { break };
+        let planning = Instant::now();
+        let chunk = controller.next_chunk().map_err(|e| from_run_error(opened(prepared, e)))?;
+        let servo = controller.servo_wall_s() - stages.servo;
+        stages.plan += planning.elapsed().as_secs_f64() - servo;
+        stages.servo += servo;
+        let Some(chunk) = chunk else { break };
         let chunk = watch.cut(chunk);
-        if ahead {
-            let (done, next) =
-                rayon::join(|| take_chunk(prepared, engine, stages, observers, &mut watch, chunk), &mut plan);
-            done?;
-            planned = Some(next);
-        } else {
-            take_chunk(prepared, engine, stages, observers, &mut watch, chunk)?;
+        for stretch in stretches(chunk, watch.stretch_s(STRETCH_S)) {
+            let batch = engine.step(&stretch, stages);
+            engine.check_cuts()?;
+            engine.check_memory()?;
+            let telling = Instant::now();
+            let batch = Batch {
+                samples: &stretch.samples,
+                signals: &batch.signals,
+                pieces: &stretch.pieces,
+                blocks: &batch.blocks,
+                events: &stretch.events,
+                findings: &batch.findings,
+                time: batch.time,
+                stock: engine.stock(),
+                changed_tiles: &batch.changed_tiles,
+                patches: engine.patches(),
+                changed_in_patches: &batch.changed_in_patches,
+                loose: &batch.loose,
+            };
+            for observer in observers.iter_mut() {
+                observer.batch(&setup(prepared, batch.stock, batch.patches), &batch)?;
+            }
+            stages.record += telling.elapsed().as_secs_f64();
+            watch.ran(&stretch, batch.findings);
+            if watch.ends_here() {
+                break;
+            }
         }
     }
     let mut summary = controller.summary();
     let stopped = watch.finish(prepared, &mut summary, engine.time());
     Ok((summary, stopped))
-}
-
-/// Takes a chunk of motion through the engine and shows its stretches to the observers.
-fn take_chunk(
-    prepared: &Prepared,
-    engine: &mut Engine<'_>,
-    stages: &mut Stages,
-    observers: &mut [Box<dyn Observer>],
-    watch: &mut Watch<'_>,
-    chunk: Chunk,
-) -> Result<(), SimError> {
-    for stretch in stretches(chunk, watch.stretch_s(STRETCH_S)) {
-        let batch = engine.step(&stretch, stages);
-        engine.check_cuts()?;
-        engine.check_memory()?;
-        let telling = Instant::now();
-        let batch = Batch {
-            samples: &stretch.samples,
-            signals: &batch.signals,
-            pieces: &stretch.pieces,
-            blocks: &batch.blocks,
-            events: &stretch.events,
-            findings: &batch.findings,
-            time: batch.time,
-            stock: engine.stock(),
-            changed_tiles: &batch.changed_tiles,
-            patches: engine.patches(),
-            changed_in_patches: &batch.changed_in_patches,
-            loose: &batch.loose,
-        };
-        for observer in observers.iter_mut() {
-            observer.batch(&setup(prepared, batch.stock, batch.patches), &batch)?;
-        }
-        stages.record += telling.elapsed().as_secs_f64();
-        watch.ran(&stretch, batch.findings);
-        if watch.ends_here() {
-            break;
-        }
-    }
-    Ok(())
 }
 
 /// The same, with the whole surface of the cut part in memory.
